@@ -99,7 +99,7 @@ fn a_recording_on_a_paused_terminal_ends_in_time_and_at_ctrl_c() {
         let mut record = recording::txt(&["record", &host, "-o", &path, "--seconds", limit]);
         let running = Running::start(record.stderr(terminal.slave.try_clone().unwrap()));
         if limit == "1000" {
-            assert!(txt.wait_until(DEADLINE, |machine| machine.online()));
+            assert!(txt.wait_until(|machine| machine.online(), DEADLINE));
             running.signal("INT");
         }
         let output = running.end();

@@ -47,7 +47,7 @@ fn a_guardian_ends_when_nobody_reads_what_it_says() {
     let mut client = KitClient::online(txt.address());
     client.exchange([512; 8]);
     drop(client);
-    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    assert!(txt.wait_until(|machine| !machine.online(), LIMIT));
     let (_folder, (_, pipe)) = full_pipe();
     let mut guardian = crate::recording::txt(&["stop", "--guard", &txt.address().to_string()]);
     guardian.stdout(pipe.try_clone().unwrap()).stderr(pipe);

@@ -32,7 +32,7 @@ fn strangers_do_not_end_the_connection_to_i2c_of_a_program_that_drives() {
     let watch = Watch::start(txt.address(), &["--no-page"]);
     let mut program = KitClient::online(([127, 0, 0, 1], watch.port).into());
     let host = format!("127.0.0.1:{}", watch.port + 2);
-    let mut i2c = I2cClient::connect(&host, 65_002, TimeLimits::default()).unwrap();
+    let mut i2c = I2cClient::connect(host.as_str(), TimeLimits::default()).unwrap();
     i2c.read(0x18, 7, &mut [0]).unwrap();
     // Each one after the 31st ends another one.
     let to = ([127, 0, 0, 1], watch.port + 2).into();

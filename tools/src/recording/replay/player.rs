@@ -386,11 +386,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.mcap");
         let txt = SimulatedTxt::builder().lock_step().start().unwrap();
-        let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+        let builder = TransferAreaComHandler::builder(txt.address());
         let handler = builder.lock_step().build().unwrap();
         let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();
         handler.begin_transfer().unwrap();
-        drop(handler.wait_cycle().unwrap());
+        drop(handler.areas().wait_cycle().unwrap());
         handler.end_transfer().unwrap();
         let picture = include_bytes!("../../../../tests/camera/clean_48x32_420.jpg");
         for _ in 0..10 {
