@@ -221,7 +221,7 @@ pub(crate) fn reads_files(assembler: &[u8]) -> bool {
         text[..place]
             .chars()
             .next_back()
-            .is_some_and(|before| !before.is_whitespace() && before != '\\')
+            .is_some_and(|before| !before.is_whitespace() && !['\\', ','].contains(&before))
     };
     words.iter().any(|word| text.contains(word)) || text.match_indices("\"\"").any(divides)
 }
@@ -262,6 +262,7 @@ mod tests {
     fn directives_of_the_assembler_that_may_read_a_file_are_found() {
         assert!(!reads_files(b"\t.string\t\"/usr/include/stdio.h\"\n\trorw $8, %ax\n"));
         assert!(!reads_files(b"\t.string\t\"\"\n\t.string\t\"a \\\"b\\\"\"\n"));
+        assert!(!reads_files(b"\t.section\t.note.GNU-stack,\"\",@progbits\n"));
         for reads in [
             ".incbin \"data\"",
             ".INCBIN \"data\"",
