@@ -211,7 +211,7 @@ impl I2cThread {
         let mut worker = Worker {
             connect,
             client: None,
-            told: Repeated::default(),
+            reported: Repeated::default(),
             ending: Arc::clone(&ending),
             _alive: alive,
         };
@@ -225,7 +225,7 @@ impl I2cThread {
     }
 
     /// Has a request carried out. Returns at once; `done` is called later, by the thread, unless the thread is
-    /// told to end before.
+    /// asked to end before.
     ///
     /// # Errors
     ///
@@ -259,7 +259,7 @@ impl Drop for I2cThread {
 struct Worker<C> {
     connect: C,
     client: Option<I2cClient>,
-    told: Repeated,
+    reported: Repeated,
     ending: Arc<AtomicBool>,
     _alive: mpsc::Sender<()>,
 }
@@ -272,7 +272,7 @@ impl<C: FnMut() -> Result<I2cClient, Error>> Worker<C> {
                 return;
             }
             if let Err(error) = &result {
-                if let Some(line) = self.told.line(&format!("{error:#}"), Instant::now()) {
+                if let Some(line) = self.reported.line(&format!("{error:#}"), Instant::now()) {
                     log::warn!("I2C: {line}");
                 }
             }

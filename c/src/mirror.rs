@@ -163,11 +163,15 @@ impl<A: Area> Mirror<A> {
     }
 
     /// Writes the inputs of a response into the program's areas, and tells what has happened.
-    pub(crate) fn take_in(&mut self, areas: &[FishX1Transfer], mut told: impl FnMut(AreaEvent)) {
+    pub(crate) fn take_in(
+        &mut self,
+        areas: &[FishX1Transfer],
+        mut reported: impl FnMut(AreaEvent),
+    ) {
         self.count_time();
-        self.take_in_extensions(areas, &mut told);
+        self.take_in_extensions(areas, &mut reported);
         for (index, area) in areas.iter().enumerate().take(AREAS) {
-            self.take_in_area(index, area, &mut told);
+            self.take_in_area(index, area, &mut reported);
         }
     }
 
@@ -180,7 +184,11 @@ impl<A: Area> Mirror<A> {
         }
     }
 
-    fn take_in_extensions(&mut self, areas: &[FishX1Transfer], told: &mut impl FnMut(AreaEvent)) {
+    fn take_in_extensions(
+        &mut self,
+        areas: &[FishX1Transfer],
+        reported: &mut impl FnMut(AreaEvent),
+    ) {
         let Some(master) = areas.first() else { return };
         let alive = master.state.io_slave_alive;
         self.array.store(self.array.places(0).extensions, alive);
@@ -188,7 +196,7 @@ impl<A: Area> Mirror<A> {
             let online = alive != 0;
             if known.online != online {
                 known.online = online;
-                told(AreaEvent::Extension { area: index + 1, online });
+                reported(AreaEvent::Extension { area: index + 1, online });
             }
         }
     }
@@ -197,7 +205,7 @@ impl<A: Area> Mirror<A> {
         &mut self,
         index: usize,
         area: &FishX1Transfer,
-        told: &mut impl FnMut(AreaEvent),
+        reported: &mut impl FnMut(AreaEvent),
     ) {
         let (array, places, known) =
             (&self.array, self.array.places(index), &mut self.known[index]);
@@ -232,10 +240,10 @@ impl<A: Area> Mirror<A> {
         fields.store_ids(array, &input);
         for i in 0..4 {
             if done.0[i] {
-                told(AreaEvent::CounterReset { area: index, counter: i });
+                reported(AreaEvent::CounterReset { area: index, counter: i });
             }
             if done.1[i] {
-                told(AreaEvent::MotorReached { area: index, motor: i });
+                reported(AreaEvent::MotorReached { area: index, motor: i });
             }
         }
     }

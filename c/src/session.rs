@@ -262,7 +262,7 @@ fn join(thread: JoinHandle<()>) {
 impl<A: Area> exit::Transfer for ProgramSession<A> {
     fn end(&self) {
         if self.is_running() {
-            // There is nobody left to be told.
+            // There is nobody left to read it.
             let _ = self.stop();
         }
     }

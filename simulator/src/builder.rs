@@ -301,7 +301,7 @@ impl SimulatedTxtBuilder {
     /// each sample of this crate.
     ///
     /// Without a world, the program sets the inputs, and each motor output has a motor that turns
-    /// exactly as far as it is told. So a test decides everything that its program sees.
+    /// exactly as far as it is commanded. So a test decides everything that its program sees.
     pub fn world(mut self, world: World) -> Self {
         self.world = Some(world);
         self

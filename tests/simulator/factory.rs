@@ -206,12 +206,12 @@ fn the_ports_of_a_factory_are_in_a_row_and_a_taken_one_is_told() {
     assert_eq!(factory.txt("second").unwrap().i2c_port(), port + 5);
     drop(factory);
 
-    let told = (30_000..40_000).step_by(7).find_map(|port| {
+    let reported = (30_000..40_000).step_by(7).find_map(|port| {
         let _taken = TcpListener::bind(("127.0.0.1", port + 3)).ok()?;
         let sentence = format!("{:#}", start(port).unwrap_err());
         sentence.contains("second").then_some((port, sentence))
     });
-    let (port, sentence) = told.expect("five ports in a row are free somewhere");
+    let (port, sentence) = reported.expect("five ports in a row are free somewhere");
     assert!(sentence.contains(&format!(": second, port {}: ", port + 3)), "{sentence}");
 
     let error = start(65_531).unwrap_err();

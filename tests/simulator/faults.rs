@@ -271,7 +271,7 @@ fn a_controller_that_is_away_serves_nobody_new_until_it_is_back() {
 
 #[test]
 fn a_controller_reports_what_a_script_tells_it() {
-    let told = ft_transfer_area::wire::ExchangeDataResponse {
+    let reported = ft_transfer_area::wire::ExchangeDataResponse {
         uni: [5; 8],
         counter_reset_id: [1, 2, 3, 4],
         motor_command_id: [5, 6, 7, 8],
@@ -281,7 +281,7 @@ fn a_controller_reports_what_a_script_tells_it() {
     let mut number = 0;
     let txt = unpaced().on_exchange(move |machine| {
         number += 1;
-        machine.controllers[0].report_as(Some(told).filter(|_| number == 1));
+        machine.controllers[0].report_as(Some(reported).filter(|_| number == 1));
     });
     let txt = txt.start().unwrap();
     let mut client = Client::online(&txt);

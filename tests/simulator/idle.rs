@@ -21,9 +21,10 @@ fn no_thread_wakes_while_nobody_comes_and_clients_are_silent() {
     let name = "idle::in_a_program_of_its_own";
     let arguments = ["--exact", name, "--ignored", "--nocapture", "--test-threads=1"];
     let output = Command::new(env::current_exe().unwrap()).args(arguments).output().unwrap();
-    let told = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{told}");
-    assert!(told.contains("1 passed"), "{told}");
+    let reported =
+        String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{reported}");
+    assert!(reported.contains("1 passed"), "{reported}");
 }
 
 #[test]

@@ -26,7 +26,7 @@ fn run(pause: Duration) -> (Vec<ExchangeDataResponse>, Duration) {
     let txt = lock_step().fault(jitter).seed(7).start().unwrap();
     let mut client = Client::online(&txt);
     let mut outputs = ExchangeData::default();
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     for number in 0..500 {
         let response = client.exchange(&outputs);
         outputs.duty[0] = 512 * response.uni[0];
@@ -35,20 +35,20 @@ fn run(pause: Duration) -> (Vec<ExchangeDataResponse>, Duration) {
             [_, 1] => outputs.duty[4..6].copy_from_slice(&[0, 512]),
             _ => {}
         }
-        told.push(response);
+        reported.push(response);
         if number % 100 == 0 {
             thread::sleep(pause);
         }
     }
-    (told, txt.with_machine(|machine| machine.time()))
+    (reported, txt.with_machine(|machine| machine.time()))
 }
 
 #[test]
 fn the_same_requests_get_the_same_responses_in_every_run() {
-    let (told, time) = run(Duration::ZERO);
-    assert_eq!(run(Duration::from_millis(20)), (told.clone(), time));
-    let pressed = told.iter().filter(|response| response.uni[0] == 1).count();
-    assert!((50..450).contains(&pressed) && told[499].counter[2] > 500, "nothing happens");
+    let (reported, time) = run(Duration::ZERO);
+    assert_eq!(run(Duration::from_millis(20)), (reported.clone(), time));
+    let pressed = reported.iter().filter(|response| response.uni[0] == 1).count();
+    assert!((50..450).contains(&pressed) && reported[499].counter[2] > 500, "nothing happens");
     // The delays are machine time.
     assert!(time > 500 * STEP + Duration::from_secs(2), "{time:?}");
 }

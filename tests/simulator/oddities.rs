@@ -141,7 +141,7 @@ fn a_motor_that_can_not_be_counted_is_odd_once_per_session() {
     let world = World::from_toml("[master.motors]\nM1.pulses_per_turn = 60\nM2 = {}\n").unwrap();
     let txt = unpaced().world(world).start().unwrap();
     let mut client = Client::connect(&txt);
-    let mut told = |distance, master| {
+    let mut reported = |distance, master| {
         let before = oddities(&txt).len();
         client.start_online();
         client.update_config(1, 0, Config::default());
@@ -176,7 +176,7 @@ fn a_motor_that_can_not_be_counted_is_odd_once_per_session() {
             ],
         ),
     ] {
-        assert_eq!(told(distance, master), expected, "{distance:?} {master:?}");
+        assert_eq!(reported(distance, master), expected, "{distance:?} {master:?}");
     }
 }
 

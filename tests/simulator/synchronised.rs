@@ -207,7 +207,7 @@ fn master_and_distance_0_set_a_whole_group_free() {
 
 /// The last commands of a motor, and which are done. The board knows three bits of a command's number.
 #[derive(Clone, Copy, Default)]
-struct Told {
+struct Reported {
     ids: [u16; 8],
     number: usize,
     distance: Option<i16>,
@@ -220,7 +220,7 @@ fn ids_are_echoed_when_their_command_is_done_and_never_early() {
     let mut draw = Draw(3);
     let mut machine = machine(&[0.0, 0.2, 0.4, 0.1]);
     let mut outputs = forward(512);
-    let mut told = [Told::default(); 4];
+    let mut reported = [Reported::default(); 4];
     let mut ends = 0;
     for id in 1..=1000 {
         let motor = draw.below(4);
@@ -230,7 +230,7 @@ fn ids_are_echoed_when_their_command_is_done_and_never_early() {
         outputs.master[motor] = master;
         outputs.distance[motor] = distance;
         outputs.motor_command_id[motor] = id;
-        let told_motor = &mut told[motor];
+        let told_motor = &mut reported[motor];
         told_motor.number = (told_motor.number + 1) % 8;
         told_motor.ids[told_motor.number] = id;
         told_motor.distance = (distance > 0 && master < 5).then_some(distance as i16);
@@ -239,13 +239,14 @@ fn ids_are_echoed_when_their_command_is_done_and_never_early() {
         }
         for _ in 0..=draw.below(40) {
             let report = steps(&mut machine, outputs, 1);
-            for (motor, told) in told.iter_mut().enumerate() {
-                let distance = told.distance.filter(|distance| report.counter[motor] >= *distance);
-                if distance.is_some() && told.done != told.number {
-                    told.done = told.number;
+            for (motor, reported) in reported.iter_mut().enumerate() {
+                let distance =
+                    reported.distance.filter(|distance| report.counter[motor] >= *distance);
+                if distance.is_some() && reported.done != reported.number {
+                    reported.done = reported.number;
                     ends += 1;
                 }
-                let done = told.ids[told.done];
+                let done = reported.ids[reported.done];
                 assert_eq!(report.motor_command_id[motor], done, "command {id}: {report:?}");
             }
         }

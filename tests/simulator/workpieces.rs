@@ -111,8 +111,8 @@ fn a_script_that_puts_a_workpiece_where_there_is_no_room_is_told() {
     let mut line = Program::shipped("sorting_line");
     assert!(line.put(Piece::Blue, "entry"));
     line.wait(2010);
-    let told = "the white workpiece can't be put in: entry can't take it";
-    assert_eq!(line.world().mishaps(), [told]);
+    let reported = "the white workpiece can't be put in: entry can't take it";
+    assert_eq!(line.world().mishaps(), [reported]);
     assert_eq!(line.machine.world_mut().unwrap().take("entry"), Some(Piece::Blue));
     assert_eq!((line.at("entry"), line.world().fallen()), (None, 0));
 }

@@ -30,11 +30,11 @@ fn cycles(entries: &[LogEntry]) -> Vec<&LoggedCycle> {
 fn others(entries: &[LogEntry]) -> Vec<String> {
     let other = |entry: &LogEntry| match &entry.what {
         Logged::Began(began) => Some(format!("{} begins", began.device_name)),
-        Logged::Event(told) => match &told.event {
+        Logged::Event(reported) => match &reported.event {
             Event::TransferEnded { error: None, .. } => Some("ends".to_owned()),
             Event::TransferEnded { .. } => Some("ends with an error".to_owned()),
-            Event::ConnectionLost { .. } => Some(format!("lost after {}", told.cycle)),
-            Event::ConnectionRestored { .. } => Some(format!("restored by {}", told.cycle)),
+            Event::ConnectionLost { .. } => Some(format!("lost after {}", reported.cycle)),
+            Event::ConnectionRestored { .. } => Some(format!("restored by {}", reported.cycle)),
             other => Some(format!("{other:?}")),
         },
         Logged::Failed { error, .. } => Some(format!("failed: {error}")),

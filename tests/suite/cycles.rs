@@ -90,12 +90,12 @@ fn an_event_knows_the_number_and_the_time_of_the_response_that_told_it() {
     }
     handler.end_transfer().unwrap();
     let cycles = handler.areas().statistics().cycles;
-    let mut told: Vec<_> = events.receiver().try_iter().collect();
-    let end = told.pop().unwrap();
+    let mut reported: Vec<_> = events.receiver().try_iter().collect();
+    let end = reported.pop().unwrap();
     assert_eq!(end.cycle, cycles);
     assert!(end.arrived >= handler.areas().lock().arrived());
-    assert!(told.len() >= 8, "{told:?}");
-    for event in told {
+    assert!(reported.len() >= 8, "{reported:?}");
+    for event in reported {
         assert!(matches!(event.cycle % 10, 0 | 1), "{event:?}");
         if let Some((_, arrived)) = arrivals.iter().find(|(cycle, _)| *cycle == event.cycle) {
             assert_eq!(event.arrived, *arrived);

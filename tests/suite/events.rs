@@ -26,8 +26,8 @@ fn pass(handler: &TransferAreaComHandler) {
 }
 
 /// The printed event: a program can't make events to compare with.
-fn text(told: &TimedEvent) -> String {
-    format!("{:?}", told.event)
+fn text(reported: &TimedEvent) -> String {
+    format!("{:?}", reported.event)
 }
 
 fn next(events: &Events) -> String {
@@ -37,7 +37,7 @@ fn next(events: &Events) -> String {
 /// Ends the transfer; returns the events until then, and its end.
 fn end(handler: &TransferAreaComHandler, events: &Events) -> Vec<String> {
     handler.end_transfer().unwrap();
-    events.receiver().try_iter().map(|told| text(&told)).collect()
+    events.receiver().try_iter().map(|reported| text(&reported)).collect()
 }
 
 fn changed(area: usize, input: Input, pressed: bool) -> String {
@@ -172,14 +172,14 @@ fn counters_are_told_by_each_response_in_which_they_differ() {
     let events = handler.areas().events(&[EventKind::CounterChanged], ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
-    let told = |counter: Counter, count: u16| {
+    let reported = |counter: Counter, count: u16| {
         format!("CounterChanged {{ area: {LOCAL_IO}, counter: {counter:?}, count: {count} }}")
     };
     set([5, 0, 0, -32_768]);
-    assert_eq!(next(&events), told(Counter::C1, 5));
-    assert_eq!(next(&events), told(Counter::C4, 32_768));
+    assert_eq!(next(&events), reported(Counter::C1, 5));
+    assert_eq!(next(&events), reported(Counter::C4, 32_768));
     handler.areas().lock()[LOCAL_IO].start_counter_reset(Counter::C1);
-    assert_eq!(next(&events), told(Counter::C1, 0));
+    assert_eq!(next(&events), reported(Counter::C1, 0));
     assert_eq!(end(&handler, &events), [ENDED]);
 }
 
@@ -322,7 +322,7 @@ fn a_slow_listener_keeps_the_oldest_events_and_a_count_of_the_others() {
     // The exchange does not wait for the listener.
     wait_until(&txt, "exchanges", |machine| machine.exchanges() > 200);
     let all = end(&handler, &quick);
-    let kept: Vec<String> = slow.receiver().try_iter().map(|told| text(&told)).collect();
+    let kept: Vec<String> = slow.receiver().try_iter().map(|reported| text(&reported)).collect();
     assert_eq!(kept[..3], all[..3]);
     assert_eq!(kept[3..], [ENDED]);
     assert_eq!(slow.lost() as usize, all.len() - kept.len());
@@ -337,12 +337,12 @@ fn a_loop_over_events_ends_with_the_transfer_and_the_next_one_has_another() {
     let handler = handler(&txt);
     let events = handler.areas().events(&[EventKind::JoystickMoved], 10).unwrap();
     handler.begin_transfer().unwrap();
-    let told: Vec<String> = (&events).map(|told| text(&told)).collect();
-    assert_eq!(told, [format!("TransferEnded {{ error: {:?} }}", handler.areas().error())]);
+    let reported: Vec<String> = (&events).map(|reported| text(&reported)).collect();
+    assert_eq!(reported, [format!("TransferEnded {{ error: {:?} }}", handler.areas().error())]);
     handler.begin_transfer().unwrap();
     handler.end_transfer().unwrap();
-    let told: Vec<String> = (&events).map(|told| text(&told)).collect();
-    assert_eq!(told, [ENDED]);
+    let reported: Vec<String> = (&events).map(|reported| text(&reported)).collect();
+    assert_eq!(reported, [ENDED]);
 }
 
 #[test]
@@ -376,7 +376,7 @@ fn the_channel_ends_with_the_handler_while_other_handles_exist() {
     drop(handler);
     assert_eq!(next(&events), ENDED);
     assert!(events.recv_timeout(DEADLINE).is_err_and(|error| error.is_disconnected()));
-    assert_eq!(looped.map(|told| text(&told)).collect::<Vec<_>>(), [ENDED]);
+    assert_eq!(looped.map(|reported| text(&reported)).collect::<Vec<_>>(), [ENDED]);
     let late = area.events(EventKind::ALL, 10).unwrap();
     assert!(late.recv_timeout(DEADLINE).is_err_and(|error| error.is_disconnected()));
 }

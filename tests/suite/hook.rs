@@ -356,7 +356,7 @@ fn one_that_does_not_return_stops_the_motors_and_goes_on_when_it_does() {
     let (go_on, gate) = mpsc::channel::<()>();
     let calls = Arc::new(AtomicU64::new(0));
     let mut counted = count(&calls);
-    let (noted, told) = mpsc::channel();
+    let (noted, reported) = mpsc::channel();
     let set = handler.set_cycle_hook(move |areas| {
         let _ = counted(Err(Error::NotStarted));
         match areas {
@@ -387,7 +387,7 @@ fn one_that_does_not_return_stops_the_motors_and_goes_on_when_it_does() {
     assert_eq!(handler.areas().feed_watchdog(), Ok(()), "the transfer goes on");
     assert_eq!(calls.load(Ordering::Relaxed), 1);
     drop(go_on);
-    assert_eq!(told.recv_timeout(DEADLINE), Ok(error));
+    assert_eq!(reported.recv_timeout(DEADLINE), Ok(error));
     wait_until(&txt, "its answer", |machine| machine.controllers[0].outputs.duty[0] == 99);
     handler.end_transfer().unwrap();
     check_client(&txt);

@@ -183,8 +183,8 @@ fn extensions_come_and_go() {
         let controllers = txt.with_machine(|machine| machine.controllers.clone());
         for index in 0..4 {
             if index > 0 {
-                let told = areas[LOCAL_IO].state.io_slave_alive[index - 1];
-                assert_eq!(told, u8::from(alive[index - 1]));
+                let reported = areas[LOCAL_IO].state.io_slave_alive[index - 1];
+                assert_eq!(reported, u8::from(alive[index - 1]));
             }
             if index == 0 || alive[index - 1] {
                 assert_eq!(areas[index].input.uni, [round * 10 + index as i16; 8]);

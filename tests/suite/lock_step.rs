@@ -114,8 +114,13 @@ fn run() -> (Vec<String>, Vec<String>) {
     trace.push(format!("{:?}", handler.areas().statistics()));
     handler.end_transfer().unwrap();
     trace.push(format!("{:?}", handler.areas().statistics()));
-    for told in events.receiver().try_iter() {
-        trace.push(format!("{} {:?} {:?}", told.cycle, told.arrived - begin, told.event));
+    for reported in events.receiver().try_iter() {
+        trace.push(format!(
+            "{} {:?} {:?}",
+            reported.cycle,
+            reported.arrived - begin,
+            reported.event
+        ));
     }
     check_client(&txt);
     (trace, record.outputs().iter().map(|outputs| format!("{outputs:?}")).collect())
@@ -224,12 +229,12 @@ fn a_wait_for_events_moves_the_time_and_gets_them_in_their_cycle() {
     let handler = handler(&txt);
     let mut events = handler.areas().events(&[EventKind::InputChanged], 10).unwrap();
     handler.begin_transfer().unwrap();
-    let cycles: Vec<u64> = events.by_ref().take(20).map(|told| told.cycle).collect();
+    let cycles: Vec<u64> = events.by_ref().take(20).map(|reported| reported.cycle).collect();
     assert!(cycles.windows(2).all(|pair| pair[1] - pair[0] == 7), "{cycles:?}");
     assert_eq!(handler.areas().lock().cycle(), cycles[19], "time moved on after the event");
     assert_eq!(events.recv_timeout(3 * CYCLE), Err(RecvTimeoutError::Timeout));
-    let told = events.recv_timeout(Duration::from_secs(3600)).unwrap();
-    assert!(matches!(told.event, Event::InputChanged { area: LOCAL_IO, .. }));
+    let reported = events.recv_timeout(Duration::from_secs(3600)).unwrap();
+    assert!(matches!(reported.event, Event::InputChanged { area: LOCAL_IO, .. }));
     handler.end_transfer().unwrap();
 }
 
@@ -244,8 +249,8 @@ fn a_wait_for_events_before_the_transfer_begins_moves_its_time_too() {
     thread::scope(|scope| {
         let listens = scope.spawn(|| events.recv());
         handler.begin_transfer().unwrap();
-        let told = listens.join().unwrap().unwrap();
-        assert!(matches!(told.event, Event::InputChanged { input: Input::I1, .. }));
+        let reported = listens.join().unwrap().unwrap();
+        assert!(matches!(reported.event, Event::InputChanged { input: Input::I1, .. }));
     });
     handler.end_transfer().unwrap();
 }
@@ -371,8 +376,8 @@ fn a_gap_is_the_same_in_each_run() {
             }
         }
         handler.end_transfer().unwrap();
-        for told in events.receiver().try_iter() {
-            trace.push(format!("{:?} {:?}", told.arrived - begin, told.event));
+        for reported in events.receiver().try_iter() {
+            trace.push(format!("{:?} {:?}", reported.arrived - begin, reported.event));
         }
         (trace, record.outputs().iter().map(|outputs| outputs.duty[0]).collect::<Vec<_>>())
     };

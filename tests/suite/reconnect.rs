@@ -66,10 +66,10 @@ fn every_loss_of_a_connection_is_repaired_and_told_once() {
                 assert_lost(&next_error(&first));
                 // The handle works on, and gets no second error.
                 for _ in 0..20 {
-                    assert_eq!(first.wait_cycle().expect("told twice")[0].output.duty[0], 0);
+                    assert_eq!(first.wait_cycle().expect("reported twice")[0].output.duty[0], 0);
                 }
                 assert_lost(&second.wait_cycle().map(drop).unwrap_err());
-                drop(second.wait_cycle().expect("told twice"));
+                drop(second.wait_cycle().expect("reported twice"));
                 assert_eq!((handler.areas().error(), handler.areas().statistics().gaps), (None, 1));
                 assert_eq!(txt.with_machine(|machine| machine.connections()), 2, "{kind:?}");
                 assert_lost(&handler.areas().feed_watchdog().unwrap_err());
@@ -232,7 +232,7 @@ fn it_gives_up_at_the_limit() {
     assert_lost(&next_error(&area));
     let error = next_error(&area);
     assert!(
-        matches!(error, Error::ReconnectFailed { limit: told, .. } if told == limit),
+        matches!(error, Error::ReconnectFailed { limit: reported, .. } if reported == limit),
         "{error}"
     );
     assert_eq!(handler.end_transfer(), Err(error));

@@ -39,21 +39,21 @@ fn a_motor_that_is_blocked_is_told_once_by_the_machines_time_and_a_free_one_neve
     for duty in [[512, 0], [0, 512]] {
         handler.areas().lock()[LOCAL_IO].output.duty[..2].copy_from_slice(&duty);
         let (mut last_pulse, mut count) = (handler.areas().lock().arrived(), i16::MIN);
-        let told = loop {
+        let reported = loop {
             let areas = handler.areas().wait_cycle().unwrap();
             if areas[LOCAL_IO].input.counter[0] != count {
                 (last_pulse, count) = (areas.arrived(), areas[LOCAL_IO].input.counter[0]);
             }
-            if let Ok(told) = events.try_recv() {
-                break told;
+            if let Ok(reported) = events.try_recv() {
+                break reported;
             }
         };
-        assert_eq!(told.arrived - last_pulse, LIMIT);
-        let Event::MotorStalled { area, motor, position, .. } = told.event else {
-            panic!("{told:?}");
+        assert_eq!(reported.arrived - last_pulse, LIMIT);
+        let Event::MotorStalled { area, motor, position, .. } = reported.event else {
+            panic!("{reported:?}");
         };
         assert_eq!((area, motor, position), (LOCAL_IO, Motor::M1, count as u16));
-        assert_eq!(events.recv_timeout(LONG), Err(RecvTimeoutError::Timeout), "told twice");
+        assert_eq!(events.recv_timeout(LONG), Err(RecvTimeoutError::Timeout), "reported twice");
     }
     // A distance that ends before the end of the slide.
     let mut areas = handler.areas().lock();

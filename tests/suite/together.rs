@@ -20,7 +20,7 @@ const CLOSE: FaultKind = FaultKind::Close { after: 0 };
 #[derive(Debug, PartialEq)]
 enum Call {
     Response,
-    Told(Error),
+    Reported(Error),
 }
 
 /// A simulated TXT that records its requests.
@@ -40,7 +40,7 @@ fn a_slow_hook_is_told_that_the_watchdog_has_stopped_the_outputs_each_time() {
     let (slow, is_slow) = mpsc::channel::<()>();
     let set = handler.set_cycle_hook(move |areas| {
         match areas {
-            Err(error) => calls.send(Call::Told(error)).unwrap(),
+            Err(error) => calls.send(Call::Reported(error)).unwrap(),
             Ok(areas) => {
                 areas[LOCAL_IO].output.duty[0] = 300;
                 calls.send(Call::Response).unwrap();
@@ -61,8 +61,8 @@ fn a_slow_hook_is_told_that_the_watchdog_has_stopped_the_outputs_each_time() {
         assert!(record.outputs()[begin + 1..].iter().all(|outputs| outputs.duty[0] == 0));
         slow.send(()).unwrap();
         // It has called for no response between.
-        let told = Call::Told(Error::WatchdogExpired { limit: LIMIT });
-        assert_eq!(called.recv_timeout(DEADLINE), Ok(told));
+        let reported = Call::Reported(Error::WatchdogExpired { limit: LIMIT });
+        assert_eq!(called.recv_timeout(DEADLINE), Ok(reported));
         // What it writes then counts again.
         assert_eq!(called.recv_timeout(DEADLINE), Ok(Call::Response));
         slow.send(()).unwrap();
@@ -126,7 +126,7 @@ fn a_hook_learns_of_a_gap_and_is_called_for_the_first_response_after_it() {
     }
     assert_eq!(gaps, 1);
     let mut cycle = 0;
-    let mut told = 0;
+    let mut reported = 0;
     while cycle < 39 {
         match called.recv_timeout(DEADLINE).unwrap() {
             Ok(of) => {
@@ -136,11 +136,11 @@ fn a_hook_learns_of_a_gap_and_is_called_for_the_first_response_after_it() {
             Err(error) => {
                 assert!(matches!(error, Error::ConnectionLost { .. }), "{error}");
                 assert_eq!(cycle, 20, "before the first response of the new connection");
-                told += 1;
+                reported += 1;
             }
         }
     }
-    assert_eq!(told, 1);
+    assert_eq!(reported, 1);
     handler.end_transfer().unwrap();
 }
 

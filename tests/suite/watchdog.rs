@@ -89,7 +89,7 @@ fn motors_of_a_program_that_does_nothing_are_stopped_and_it_is_told_once() {
     watched.wait_until_stopped();
     watched.check_still_stopped();
     assert_eq!(next_error(&area), Some(EXPIRED));
-    assert_eq!(next_error(&area), None, "told twice");
+    assert_eq!(next_error(&area), None, "reported twice");
     area.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 300;
     watched.check_runs_with(300);
     // Another handle is notified, too; the motors run on.

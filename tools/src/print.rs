@@ -73,18 +73,18 @@ fn is_command(character: char) -> bool {
 /// An error with its causes, and with what to do if something is used up. Some errors name their cause themselves;
 /// it is not repeated.
 pub(crate) fn sentence(error: &anyhow::Error) -> String {
-    let mut told = String::new();
+    let mut reported = String::new();
     for cause in error.chain().map(ToString::to_string) {
-        if told.is_empty() {
-            told = cause;
-        } else if !told.contains(&cause) {
-            told = format!("{told}: {cause}");
+        if reported.is_empty() {
+            reported = cause;
+        } else if !reported.contains(&cause) {
+            reported = format!("{reported}: {cause}");
         }
     }
     if let Some(remedy) = error.chain().find_map(remedy) {
-        told = format!("{told}; {remedy}");
+        reported = format!("{reported}; {remedy}");
     }
-    clean_lines(&told)
+    clean_lines(&reported)
 }
 
 /// What to do when descriptors, threads, memory or the disk are used up.
@@ -164,8 +164,8 @@ mod tests {
             (io::ErrorKind::QuotaExceeded, "your disk quota"),
             (io::ErrorKind::WouldBlock, "no more threads"),
         ] {
-            let told = sentence(&error(kind));
-            assert!(told.starts_with("a.mcap: ") && told.contains(part), "{told}");
+            let reported = sentence(&error(kind));
+            assert!(reported.starts_with("a.mcap: ") && reported.contains(part), "{reported}");
         }
         assert!(!sentence(&error(io::ErrorKind::NotFound)).contains("; "));
     }

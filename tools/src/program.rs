@@ -19,7 +19,7 @@ const VARIABLES: [&str; 2] = ["TXT_ADDRESS", "FT_TXT_HOST"];
 /// What the program and all that it starts have in their environment: the number of the keeper. On Linux it finds them
 /// by that, whatever their groups, sessions and parents are.
 pub(crate) const MARK: &str = "TXT_KEEPER";
-/// What the keeper is told when the program has ended.
+/// What the keeper gets when the program has ended.
 const GONE: &str = "gone";
 
 /// The hidden command of the keeper.
@@ -71,12 +71,12 @@ impl Program {
         let mut program = Self { child, keeper, has_group };
         let sign = if has_group { "-" } else { "" };
         let what = format!("{sign}{}", program.child.id());
-        program.tell_keeper(&what).context("the process that ends the program is gone")?;
+        program.write_to_keeper(&what).context("the process that ends the program is gone")?;
         Ok(program)
     }
 
     /// Tells the keeper what to end.
-    fn tell_keeper(&mut self, what: &str) -> io::Result<()> {
+    fn write_to_keeper(&mut self, what: &str) -> io::Result<()> {
         let input = self.keeper.stdin.as_mut().ok_or(io::ErrorKind::BrokenPipe)?;
         input.write_all(format!("{what}\n").as_bytes())
     }
@@ -98,7 +98,7 @@ impl Drop for Program {
     fn drop(&mut self) {
         if !self.has_group && !matches!(self.child.try_wait(), Ok(None)) {
             // Its number may be that of another process by now. A keeper that is gone ends nothing.
-            let _ = self.tell_keeper(GONE);
+            let _ = self.write_to_keeper(GONE);
         }
         let has_keeper = matches!(self.keeper.try_wait(), Ok(None));
         if self.has_group && !has_keeper {

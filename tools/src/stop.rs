@@ -86,10 +86,10 @@ fn stop(host: String, limit: Duration) -> anyhow::Result<()> {
             done => break done.with_context(|| format!("{host} is not stopped"))?,
         }
     };
-    let told = format!("all outputs of {} are off", print::clean(&name));
+    let reported = format!("all outputs of {} are off", print::clean(&name));
     if limit.is_zero() {
-        return print::line(told);
+        return print::line(reported);
     }
-    lines::print(&told);
+    lines::print(&reported);
     Ok(())
 }

@@ -141,11 +141,11 @@ fn readers_that_go_away_end_nothing_that_drives() {
     let mut errors = BufReader::new(watch.0.stderr.take().unwrap()).lines();
     let is_broken = |line: io::Result<String>| line.unwrap().contains("Broken pipe");
     thread::scope(|scope| {
-        let told = scope.spawn(|| errors.any(is_broken));
-        while !told.is_finished() {
+        let reported = scope.spawn(|| errors.any(is_broken));
+        while !reported.is_finished() {
             program.exchange([2; 8]);
         }
-        assert!(told.join().unwrap());
+        assert!(reported.join().unwrap());
     });
     program.exchange([3; 8]);
     program.end();

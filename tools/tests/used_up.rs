@@ -27,7 +27,7 @@ fn assert_one_sentence(output: &Output) -> String {
 #[test]
 fn when_no_more_files_may_be_open_it_says_so() {
     let folder = tempfile::tempdir().unwrap();
-    let mut told = 0;
+    let mut reported = 0;
     for limit in 5..40 {
         let path = in_folder(&folder, &format!("{limit}.mcap"));
         let args = ["record", "--simulate", "--seconds", "0.05", "-o", &path];
@@ -42,9 +42,9 @@ fn when_no_more_files_may_be_open_it_says_so() {
             said.contains("open files") && said.trim_end().lines().count() < 6,
             "{limit}: {said}"
         );
-        told += usize::from(said.contains("raise the limit (ulimit -n)"));
+        reported += usize::from(said.contains("raise the limit (ulimit -n)"));
     }
-    assert!(told > 3, "{told}");
+    assert!(reported > 3, "{reported}");
 }
 
 /// A thread whose stack is larger than the memory can't be started.

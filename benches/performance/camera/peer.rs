@@ -58,10 +58,10 @@ pub(crate) fn serve_and_tell(
     listener: &TcpListener,
     packet: &[u8],
     period: Duration,
-    told: &Sender<Instant>,
+    reported: &Sender<Instant>,
 ) -> Result<()> {
     let (stream, _) = listener.accept()?;
-    send(stream, packet, period, |now| Ok(told.send(now)?))
+    send(stream, packet, period, |now| Ok(reported.send(now)?))
 }
 
 /// Sends frames until the client has left.

@@ -170,7 +170,7 @@ fn latency<F: FnMut() -> Result<(u64, [Instant; 2])>>(
     const PERIOD: Duration = Duration::from_millis(2);
     let listener = TcpListener::bind("127.0.0.1:0")?;
     let port = listener.local_addr()?.port();
-    let (tell, told) = mpsc::channel();
+    let (tell, reported) = mpsc::channel();
     thread::scope(|scope| {
         // It ends with an error when the client has left.
         scope.spawn(move || serve_and_tell(&listener, packet, PERIOD, &tell));
@@ -178,7 +178,7 @@ fn latency<F: FnMut() -> Result<(u64, [Instant; 2])>>(
         // Those that came in while the camera was started may have waited, or be lost.
         while next()?.1[0].elapsed() > PERIOD / 2 {}
         let mut times = [vec![], vec![]];
-        let mut sent = told.iter().enumerate();
+        let mut sent = reported.iter().enumerate();
         for _ in 0..frames {
             let (sequence, moments) = next()?;
             let (_, sent) = sent

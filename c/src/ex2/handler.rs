@@ -222,7 +222,7 @@ impl Drop for Ex2 {
     fn drop(&mut self) {
         self.cycle.freed.store(true, Ordering::Release);
         if let Some(session) = self.session() {
-            // There is nobody left to be told.
+            // There is nobody left to read it.
             let _ = session.stop();
         }
     }

@@ -8,7 +8,7 @@ fn a_command_is_done_when_its_id_comes_back_and_no_newer_one_was_given() {
     assert_eq!(command.send(1), Some(8));
     assert_eq!(command.receive(7, 1), (0, false));
     assert_eq!(command.receive(8, 1), (1, true));
-    assert_eq!(command.receive(8, 1), (1, false), "told once");
+    assert_eq!(command.receive(8, 1), (1, false), "reported once");
     assert_eq!(command.send(2), Some(9));
     assert_eq!(command.receive(9, 3), (2, false), "the program waits for 3");
     assert_eq!(command.send(3), Some(10));

@@ -167,7 +167,7 @@ pub(super) fn wait_for_any() {
 
 pub(super) fn show(bytes: &[u8]) {
     let mut output = io::stdout();
-    // A program can't be told that its terminal is gone.
+    // A program does not learn that its terminal is gone.
     let _ = output.write_all(bytes).and_then(|()| output.flush());
 }
 

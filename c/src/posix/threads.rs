@@ -40,7 +40,7 @@ fn start(
     let handle = add(Object::Thread { code: None });
     let number = handle.addr();
     let argument = Argument(argument);
-    let (tell, told) = std::sync::mpsc::channel();
+    let (tell, reported) = std::sync::mpsc::channel();
     let body = move || {
         let _uncancelled = inside::uncancelled();
         let _ = tell.send(GetCurrentThreadId());
@@ -56,7 +56,7 @@ fn start(
         }
     };
     let made: Option<JoinHandle<()>> = thread::Builder::new().spawn(body).ok();
-    let id = made.and_then(|_| told.recv().ok());
+    let id = made.and_then(|_| reported.recv().ok());
     if id.is_none() {
         close(handle);
     }

@@ -10,7 +10,7 @@ use crate::posix::lines_again;
 static BEFORE: OnceLock<libc::termios> = OnceLock::new();
 static CHANGED: AtomicBool = AtomicBool::new(false);
 
-/// Has each key told as it is pressed, and not shown. Returns whether that is possible.
+/// Makes each key available as it is pressed, and not shown. Returns whether that is possible.
 pub(super) fn without_lines() -> bool {
     // A program in the background must leave the terminal alone.
     // SAFETY: two calls without pointers.

@@ -1,4 +1,4 @@
-//! The system's compilers, and what they are told.
+//! The system's compilers, and their options.
 
 use std::env;
 use std::ffi::{OsStr, OsString};

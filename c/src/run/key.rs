@@ -66,7 +66,7 @@ pub(crate) fn known_compiler(compiler: &OsStr, options: &[OsString]) -> Option<P
     found(compiler).filter(|file| is_compiler(file) && state_of(file).is_some())
 }
 
-/// What tells this compiler from another one, and what it is told; `None` when that can't be known. `commands` is what
+/// What tells this compiler from another one, and its options; `None` when that can't be known. `commands` is what
 /// it says that it would run (`-###`): with all options, also those from elsewhere.
 pub(crate) fn identity(compiler: &Path, commands: &str) -> Option<String> {
     let mut identity = commands.to_owned();

@@ -45,8 +45,9 @@ impl Kind {
         included: impl Iterator<Item = &'a str> + Clone,
         mut texts: impl Iterator<Item = &'a [u8]>,
     ) -> Option<Self> {
-        let told = HEADERS.iter().find(|(header, _)| included.clone().any(|name| name == *header));
-        match told?.1 {
+        let reported =
+            HEADERS.iter().find(|(header, _)| included.clone().any(|name| name == *header));
+        match reported?.1 {
             Self::Kit if texts.any(is_of_kit_4_6_6) => Some(Self::Kit466),
             kind => Some(kind),
         }

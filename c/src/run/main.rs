@@ -51,7 +51,7 @@ fn say(sentence: &str) {
 
 /// Writes to the error output, without what another thread writes between it.
 fn pass_on(words: &[u8]) {
-    // There is nobody left to be told when the terminal is gone.
+    // Nobody reads it when the terminal is gone.
     let _ = signals::while_writing(|| io::stderr().lock().write_all(words));
 }
 

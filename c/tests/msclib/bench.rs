@@ -146,7 +146,7 @@ impl Device {
         unsafe { (&raw const (*self.area(controller)).input).read_volatile() }
     }
 
-    /// Waits until a response has come in and all that it says was told.
+    /// Waits until a response has come in and all that it says was reported.
     pub(crate) fn pass(&self) {
         // SAFETY: the device is open; a program reads its areas so.
         let time = || unsafe { (&raw const (*self.area(0)).timer.timer_1ms).read_volatile() };

@@ -24,7 +24,7 @@ struct Case {
 /// Returns what the header `h.h` says.
 const BY_HEADER: &str = "#include \"h.h\"\nint main(void) { return V; }\n";
 const BY_DEFINITION: &str = "int main(void) { return V; }\n";
-/// Returns what the assembler is told, which counts only there.
+/// Returns the options of the assembler, which count only there.
 const BY_ASSEMBLER: &str = "__asm__(\".data\\n.globl d\\nd: .byte V\\n.text\\n\");\n\
     extern const char d;\nint main(void) { return d; }\n";
 /// Returns what is in the file `data`.

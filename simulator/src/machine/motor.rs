@@ -2,7 +2,7 @@
 //!
 //! With a world, the control sets the [power](Motor::allowed) of its motors and
 //! [counts](Motor::count) their pulses. Without one, an ideal motor does
-//! [exactly](Motor::turn) what it is told.
+//! [exactly](Motor::turn) what it is commanded.
 
 use std::mem;
 

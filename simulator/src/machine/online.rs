@@ -156,7 +156,7 @@ impl Machine {
         self.clock.begin();
     }
 
-    /// Ends online mode. The board is told nothing, so it keeps its outputs; the camera is off.
+    /// Ends online mode. The board gets nothing, so it keeps its outputs; the camera is off.
     pub(crate) fn stop_online(&mut self) {
         self.online = false;
         self.oddities.begin_session();

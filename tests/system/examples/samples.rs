@@ -65,8 +65,8 @@ fn assert_plays_with_the_program(Sample { name, shows, endless, check }: &Sample
     assert!(!log.contains("the client is odd"), "{name}: {log}");
     if ["extension", "motor_on_off_switch"].contains(name) {
         for motor in ["the master: O1", "extension 1: O1"] {
-            for told in ["is set to 512", "is set to 0"].map(|end| format!("{motor} {end}")) {
-                assert!(log.contains(&told), "{name}: no {told:?} in {log}");
+            for reported in ["is set to 512", "is set to 0"].map(|end| format!("{motor} {end}")) {
+                assert!(log.contains(&reported), "{name}: no {reported:?} in {log}");
             }
         }
     }

@@ -36,10 +36,13 @@ fn ftrobopys_pair_on_an_extension_is_the_injection_of_an_error() {
     let done = ftrobopy.run(&mut program, "injected_error", Exchange::Compressed);
     assert_eq!(done, json!([false, false]));
     let log = program.interrupt();
-    for told in
+    for reported in
         ["M1 gets command 2: distance 20, master 6", "M2 gets command 2: distance 20, master 5"]
     {
-        assert!(log.contains(&format!("extension 1: {told}")), "{told} is not told in {log}");
+        assert!(
+            log.contains(&format!("extension 1: {reported}")),
+            "{reported} is not reported in {log}"
+        );
     }
 }
 

@@ -42,8 +42,8 @@ fn frame(hex: &Value) -> CameraFrame {
 
 /// Checks that the log names the lamps of this number of controllers.
 fn assert_lamps(log: &str, areas: usize) {
-    for told in &["the master: O7 is set to 300", "extension 1: O7 is set to 301"][..areas] {
-        assert!(log.contains(told), "{told} is not told in {log}");
+    for reported in &["the master: O7 is set to 300", "extension 1: O7 is set to 301"][..areas] {
+        assert!(log.contains(reported), "{reported} is not reported in {log}");
     }
 }
 

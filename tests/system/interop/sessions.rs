@@ -8,8 +8,8 @@ use super::own::Own;
 use super::{end_well, start, Exchange};
 
 /// How often the log has this text.
-fn times(log: &str, told: &str) -> usize {
-    log.lines().filter(|line| line.contains(told)).count()
+fn times(log: &str, reported: &str) -> usize {
+    log.lines().filter(|line| line.contains(reported)).count()
 }
 
 #[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
@@ -29,8 +29,8 @@ fn both_go_online_and_offline_a_hundred_times() {
         handler.end_transfer().unwrap();
     }
     let log = program.interrupt();
-    for told in ["connects to the main port", "sends StartOnline", "sends StopOnline"] {
-        assert_eq!(times(&log, told), 200, "{told}: {log}");
+    for reported in ["connects to the main port", "sends StartOnline", "sends StopOnline"] {
+        assert_eq!(times(&log, reported), 200, "{reported}: {log}");
     }
     assert_eq!(times(&log, "is refused"), 0, "{log}");
 }

@@ -197,9 +197,9 @@ impl Tables<'_> {
         let names = cells.flat_map(|cell| cell.split(['|', '`', '.', '[', '(', ' ']));
         let tx = self.lines.iter().filter_map(|line| line.split(" | ").nth(1));
         let tx = tx.flat_map(|cell| cell.split(['`', '.', '[']));
-        let told: BTreeSet<&str> = names.chain(tx).collect();
+        let reported: BTreeSet<&str> = names.chain(tx).collect();
         let aliases = self.source.by_alias().into_iter();
-        let further = aliases.filter(|(name, _)| !told.contains(name));
+        let further = aliases.filter(|(name, _)| !reported.contains(name));
         let rows = further.map(|(name, shown)| row(name, &shown));
         let head = ["| name | Rust |", "|---|---|"].map(str::to_owned);
         let rows: Vec<String> = head.into_iter().chain(rows).collect();

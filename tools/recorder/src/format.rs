@@ -130,7 +130,7 @@ impl From<&ft_transfer_area::Error> for Failure {
     }
 }
 
-/// An event, as it was told to listeners.
+/// An event, as it was reported to listeners.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[non_exhaustive]
 pub struct RecordedEvent {

@@ -198,8 +198,14 @@ impl Recorder {
         let (stop, stopped) = bounded(0);
         let state = Arc::new(State { path: Mutex::new(path.clone()), ..State::default() });
         let now = Instant::now();
-        let worker =
-            Worker { source, frames, stopped, state: Arc::clone(&state), flushed: now, told: now };
+        let worker = Worker {
+            source,
+            frames,
+            stopped,
+            state: Arc::clone(&state),
+            flushed: now,
+            reported: now,
+        };
         let (begin, begun) = bounded(1);
         let (end, ended) = bounded(0);
         let work = {
@@ -368,7 +374,7 @@ struct Worker {
     state: Arc<State>,
     flushed: Instant,
     /// When the statistics were written last.
-    told: Instant,
+    reported: Instant,
 }
 
 impl Worker {
@@ -411,8 +417,8 @@ impl Worker {
                 Err(TryRecvError::Disconnected) => goes_on = false,
             }
         }
-        while let Some(told) = self.source.next_event() {
-            writer.event(&told)?;
+        while let Some(reported) = self.source.next_event() {
+            writer.event(&reported)?;
         }
         for _ in 0..self.frames.len() {
             if let Ok(frame) = self.frames.try_recv() {
@@ -427,7 +433,7 @@ impl Worker {
         match &entry.what {
             Logged::Cycle(cycle) => self.cycle(writer, cycle, entry.lost)?,
             Logged::Began(began) => writer.began(began)?,
-            Logged::Event(told) => writer.state(told)?,
+            Logged::Event(reported) => writer.state(reported)?,
             Logged::Failed { at, error, .. } => writer.failed(*at, error)?,
             other => log::warn!("this recorder is too old for {other:?}, which is not recorded"),
         }
@@ -446,8 +452,8 @@ impl Worker {
 
     fn cycle(&mut self, writer: &mut Writer, cycle: &LoggedCycle, lost: u64) -> McapResult<()> {
         writer.cycle(cycle, lost)?;
-        if self.told.elapsed() >= STATISTICS {
-            self.told = Instant::now();
+        if self.reported.elapsed() >= STATISTICS {
+            self.reported = Instant::now();
             let lost = self.lost();
             writer.statistics(cycle.arrived, &cycle.statistics, lost)?;
         }

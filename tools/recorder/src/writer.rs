@@ -245,8 +245,8 @@ impl Writer {
     }
 
     /// An event that comes from no response.
-    pub(crate) fn state(&mut self, told: &TimedEvent) -> McapResult<()> {
-        let message = match &told.event {
+    pub(crate) fn state(&mut self, reported: &TimedEvent) -> McapResult<()> {
+        let message = match &reported.event {
             Event::ConnectionLost { error, .. } => Transfer::Lost(Failure::from(error)),
             Event::ConnectionRestored { after, .. } => {
                 Transfer::Restored { after_ms: nanos(*after) / 1_000_000 }
@@ -259,9 +259,9 @@ impl Writer {
             }
             Event::TransferEnded { .. } => Transfer::Ended,
             // A kind that this program does not know yet is not lost.
-            _ => return self.event(told),
+            _ => return self.event(reported),
         };
-        self.transfer(told.arrived, &message)
+        self.transfer(reported.arrived, &message)
     }
 
     /// What has happened to a transfer, for programs and as a line for people.
@@ -290,18 +290,18 @@ impl Writer {
     }
 
     /// An event of a response, of whatever kind.
-    pub(crate) fn event(&mut self, told: &TimedEvent) -> McapResult<()> {
+    pub(crate) fn event(&mut self, reported: &TimedEvent) -> McapResult<()> {
         let mut message = RecordedEvent {
-            event: told.event.kind().name().to_owned(),
-            cycle: told.cycle,
+            event: reported.event.kind().name().to_owned(),
+            cycle: reported.cycle,
             ..RecordedEvent::default()
         };
-        if let Some(details) = told.event.details() {
+        if let Some(details) = reported.event.details() {
             message.controller = controller(details.area);
             message.terminal = details.terminal;
             (message.value, message.y) = (details.value, details.y);
         }
-        self.put_json(EVENTS, told.arrived, &message)
+        self.put_json(EVENTS, reported.arrived, &message)
     }
 
     pub(crate) fn statistics(
@@ -324,7 +324,7 @@ impl Writer {
         self.put_json(STATISTICS, at, &message)
     }
 
-    /// A picture; returns whether it is one. A damaged one is only told.
+    /// A picture; returns whether it is one. A damaged one is only reported.
     pub(crate) fn frame(&mut self, frame: &CameraFrame) -> McapResult<bool> {
         let jpeg = match frame.jpeg() {
             Ok(jpeg) => jpeg,

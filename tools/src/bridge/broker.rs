@@ -124,7 +124,7 @@ impl Outlet {
     }
 
     /// Leaves what happened to the connection. It is never lost.
-    fn tell(&self, event: BrokerEvent) -> Result<(), Unread> {
+    fn publish(&self, event: BrokerEvent) -> Result<(), Unread> {
         self.events.send(event).map_err(|_| Unread)
     }
 
@@ -238,7 +238,7 @@ impl Client {
             match self.session().await {
                 End::Done => return,
                 End::Failed(event) => {
-                    if self.outlet.tell(event).is_err() {
+                    if self.outlet.publish(event).is_err() {
                         return;
                     }
                 }
@@ -322,7 +322,7 @@ impl Client {
                                   access list";
                     return Err(End::Failed(BrokerEvent::Refused(reason.to_owned())));
                 }
-                Ok(self.outlet.tell(BrokerEvent::Up(Publisher(client.clone())))?)
+                Ok(self.outlet.publish(BrokerEvent::Up(Publisher(client.clone())))?)
             }
             Packet::Publish(message) if self.subscription.unread.contains(&message.topic) => Ok(()),
             Packet::Publish(message) => Ok(self.outlet.leave(Message {

@@ -84,7 +84,7 @@ impl<'a> Machine<'a> {
     fn work(&mut self) -> anyhow::Result<()> {
         while !self.should_stop() {
             // Those of the last transfer, whose responses had other numbers.
-            self.tell_events();
+            self.publish_events();
             let reason = match self.handler.begin_transfer() {
                 Ok(()) => match self.exchange()? {
                     Some(error) => error,
@@ -138,29 +138,29 @@ impl<'a> Machine<'a> {
                 }
             };
             self.is_cut = false;
-            self.tell(&copy, cycle);
+            self.publish(&copy, cycle);
         }
         Ok(None)
     }
 
     /// Tells every change of a digital input since the last time, and the newest values.
-    fn tell(&mut self, areas: &[FishX1Transfer], cycle: u64) {
+    fn publish(&mut self, areas: &[FishX1Transfer], cycle: u64) {
         if !self.relay.is(Stage::Online) {
             let firmware = self.handler.version().map(|version| version.to_string());
             self.relay.online(self.handler.device_name(), firmware);
         }
-        self.tell_events();
-        self.relay.tell(areas, cycle);
+        self.publish_events();
+        self.relay.publish_areas(areas, cycle);
         let lost = self.lost + self.events.lost();
         if lost > self.told_lost {
-            self.relay.tell_lost(lost - self.told_lost);
+            self.relay.publish_lost(lost - self.told_lost);
             self.told_lost = lost;
         }
     }
 
-    fn tell_events(&mut self) {
-        while let Ok(told) = self.events.try_recv() {
-            if !self.relay.tell_event(&told) {
+    fn publish_events(&mut self) {
+        while let Ok(reported) = self.events.try_recv() {
+            if !self.relay.publish_event(&reported) {
                 self.lost += 1;
             }
         }

@@ -120,11 +120,11 @@ impl Relay {
         self.publish(STATE, true, json(&self.state));
     }
 
-    /// The motors have been stopped; everybody is told why.
+    /// The motors have been stopped; everybody learns why.
     pub(crate) fn stopped(&mut self, reason: String) {
         self.say(&format!("all motors are stopped: {reason}"));
-        let told = json(&PublishedEvent::Stopped { reason: reason.clone() });
-        if !self.publish(EVENT, false, told) {
+        let reported = json(&PublishedEvent::Stopped { reason: reason.clone() });
+        if !self.publish(EVENT, false, reported) {
             self.untold = Some(reason);
         }
     }
@@ -266,13 +266,13 @@ impl Relay {
 
     /// Two bridges of one name would both do what is commanded.
     fn look_for_another_bridge(&mut self, payload: &[u8]) {
-        let told: serde_json::Value = serde_json::from_slice(payload).unwrap_or_default();
-        let other = told["bridge"].as_str().filter(|bridge| *bridge != self.state.bridge);
-        if other.is_some() && told["state"] != "gone" {
+        let reported: serde_json::Value = serde_json::from_slice(payload).unwrap_or_default();
+        let other = reported["bridge"].as_str().filter(|bridge| *bridge != self.state.bridge);
+        if other.is_some() && reported["state"] != "gone" {
             let topic = self.setup.topics.of(STATE);
             let error = format!(
                 "another bridge uses this topic ({}); if it still runs, give each its own --name",
-                short(told["host"].as_str().unwrap_or("of an unknown controller")),
+                short(reported["host"].as_str().unwrap_or("of an unknown controller")),
             );
             self.say(&error);
             self.report_error(&topic, &error);
@@ -296,30 +296,30 @@ impl Relay {
     }
 
     /// Tells the values that have changed, of areas that show this response.
-    pub(crate) fn tell(&mut self, areas: &[FishX1Transfer], cycle: u64) {
+    pub(crate) fn publish_areas(&mut self, areas: &[FishX1Transfer], cycle: u64) {
         let Some(publisher) = &self.publisher else { return };
         let send = |topic: &str, payload: String| publisher.send(topic, true, payload);
-        self.values.tell(areas, cycle, Instant::now(), send);
+        self.values.publish(areas, cycle, Instant::now(), send);
     }
 
     /// Tells what a response has shown; `false` when the broker is too slow for it.
-    pub(crate) fn tell_event(&mut self, told: &TimedEvent) -> bool {
+    pub(crate) fn publish_event(&mut self, reported: &TimedEvent) -> bool {
         let Some(publisher) = &self.publisher else { return true };
-        if let Event::InputChanged { area, input, pressed, .. } = told.event {
+        if let Event::InputChanged { area, input, pressed, .. } = reported.event {
             let send = |topic: &str, payload: String| publisher.send(topic, true, payload);
-            return self.values.tell_change((area, input), pressed, told.cycle, send);
+            return self.values.publish_change((area, input), pressed, reported.cycle, send);
         }
-        PublishedEvent::new(&told.event)
+        PublishedEvent::new(&reported.event)
             .is_none_or(|happened| self.publish(EVENT, false, json(&happened)))
     }
 
-    pub(crate) fn tell_lost(&self, changes: u64) {
+    pub(crate) fn publish_lost(&self, changes: u64) {
         self.say(&format!("{changes} changes came faster than the broker takes them"));
         self.publish(EVENT, false, json(&PublishedEvent::Lost { changes }));
     }
 
     fn report_error(&self, topic: &str, error: &str) {
-        let topic = &self.setup.topics.told(topic);
+        let topic = &self.setup.topics.reported(topic);
         self.publish(ERROR, false, json(&Complaint { topic, error }));
     }
 

@@ -45,7 +45,7 @@ pub(crate) struct State {
     pub(crate) device: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) firmware: Option<String>,
-    /// A number for each bridge, to tell two of the same name apart.
+    /// A number for each bridge, to distinguish two of the same name.
     pub(crate) bridge: String,
 }
 

@@ -12,7 +12,7 @@ const DOCUMENT: &str = include_str!("../../../docs/bridge.md");
 const FLOW: &str = include_str!("../../samples/node-red.json");
 
 /// What follows prefix and name in all topics that the bridge publishes.
-fn told() -> BTreeSet<String> {
+fn reported() -> BTreeSet<String> {
     let values = values_of(0).into_iter().map(|(tail, _)| tail);
     values.chain([STATE, MASTER, EVENT, ERROR].map(str::to_owned)).collect()
 }
@@ -45,7 +45,7 @@ fn expand(topics: &[String]) -> Vec<String> {
 fn the_document_has_all_topics_and_no_others() {
     let rows = table("### What the bridge publishes");
     let documented: BTreeSet<String> = rows.iter().flat_map(|(topics, _)| expand(topics)).collect();
-    assert_eq!(documented, told());
+    assert_eq!(documented, reported());
     for (_, payloads) in rows {
         let payload: Value = serde_json::from_str(&payloads[0]).unwrap();
         assert!(payload.is_object(), "{payload}");
@@ -136,5 +136,5 @@ fn the_flow_for_node_red_is_well_formed_and_uses_the_topics() {
     }
     assert!(controllers.len() > 1, "{controllers:?}");
     is_command("M1/set");
-    assert!(FLOW.contains(r#"topic: \"M1/set\""#) && told().contains("I1"));
+    assert!(FLOW.contains(r#"topic: \"M1/set\""#) && reported().contains("I1"));
 }

@@ -60,7 +60,7 @@ impl Topics {
     }
 
     /// A topic in an answer: those of commands are whole. Others may be 64 KiB long.
-    pub(crate) fn told<'a>(&self, topic: &'a str) -> Cow<'a, str> {
+    pub(crate) fn reported<'a>(&self, topic: &'a str) -> Cow<'a, str> {
         beginning(topic, self.of("").len() + TAIL)
     }
 
@@ -125,10 +125,11 @@ mod tests {
     fn an_answer_has_the_topic_of_a_command_and_the_beginning_of_a_long_one() {
         let topics = Topics::new("hall/ft", "press");
         for topic in ["hall/ft/press/ext1/remote5/set", "hall/ft/stop", "hall/ft/press/+"] {
-            assert_eq!(topics.told(topic), topic);
+            assert_eq!(topics.reported(topic), topic);
         }
-        let told = topics.told(&format!("hall/ft/press/{}/set", "x".repeat(60_000))).into_owned();
-        assert!(told.starts_with("hall/ft/press/xxx") && told.len() < 100, "{told}");
+        let reported =
+            topics.reported(&format!("hall/ft/press/{}/set", "x".repeat(60_000))).into_owned();
+        assert!(reported.starts_with("hall/ft/press/xxx") && reported.len() < 100, "{reported}");
     }
 
     #[test]

@@ -36,7 +36,7 @@ struct Tracked {
 
 impl Values {
     pub(crate) fn new(topics: &Topics, areas: usize, noise: Noise) -> Self {
-        let told = |area: usize, tail: &str, read: Read| Tracked {
+        let reported = |area: usize, tail: &str, read: Read| Tracked {
             area,
             topic: topics.of(tail),
             read,
@@ -45,7 +45,7 @@ impl Values {
         };
         let values = (0..areas)
             .flat_map(|area| {
-                values_of(area).into_iter().map(move |(tail, read)| told(area, &tail, read))
+                values_of(area).into_iter().map(move |(tail, read)| reported(area, &tail, read))
             })
             .collect();
         Self { values, noise }
@@ -53,15 +53,15 @@ impl Values {
 
     /// A transfer begins, and counts its responses from the beginning.
     pub(crate) fn begin(&mut self) {
-        for told in &mut self.values {
-            told.newest = 0;
+        for reported in &mut self.values {
+            reported.newest = 0;
         }
     }
 
     /// Everything is to be published again.
     pub(crate) fn forget(&mut self) {
-        for told in &mut self.values {
-            told.last = None;
+        for reported in &mut self.values {
+            reported.last = None;
         }
     }
 
@@ -70,27 +70,28 @@ impl Values {
     ///
     /// `cycle` is the number of the response that the areas show. The events that came before this call are
     /// to be published before: they know the changes between two calls, and may be newer than the areas.
-    pub(crate) fn tell(
+    pub(crate) fn publish(
         &mut self,
         areas: &[FishX1Transfer],
         cycle: u64,
         now: Instant,
         mut send: impl FnMut(&str, String) -> bool,
     ) {
-        for told in &mut self.values {
-            let Some(area) = areas.get(told.area) else { continue };
-            if cycle < told.newest {
+        for reported in &mut self.values {
+            let Some(area) = areas.get(reported.area) else { continue };
+            if cycle < reported.newest {
                 continue;
             }
-            let value = (told.read)(area);
-            if told.is_news(value, now, self.noise) && !told.tell(value, now, &mut send) {
+            let value = (reported.read)(area);
+            if reported.is_news(value, now, self.noise) && !reported.publish(value, now, &mut send)
+            {
                 return;
             }
         }
     }
 
     /// Sends a change of a digital input that this response has shown, unless the last message said this.
-    pub(crate) fn tell_change(
+    pub(crate) fn publish_change(
         &mut self,
         (area, input): (usize, Input),
         pressed: bool,
@@ -98,14 +99,16 @@ impl Values {
         mut send: impl FnMut(&str, String) -> bool,
     ) -> bool {
         let tail = format!("/{input}");
-        let mut of_area = self.values.iter_mut().filter(|told| told.area == area);
-        let Some(told) = of_area.find(|told| told.topic.ends_with(&tail)) else { return true };
-        told.newest = cycle;
+        let mut of_area = self.values.iter_mut().filter(|reported| reported.area == area);
+        let Some(reported) = of_area.find(|reported| reported.topic.ends_with(&tail)) else {
+            return true;
+        };
+        reported.newest = cycle;
         let value = Some(Value::Digital { value: i16::from(pressed) });
-        match told.last {
+        match reported.last {
             // It is published with all others.
             None => true,
-            Some((last, _)) => last == value || told.tell(value, Instant::now(), &mut send),
+            Some((last, _)) => last == value || reported.publish(value, Instant::now(), &mut send),
         }
     }
 }
@@ -123,7 +126,7 @@ impl Tracked {
         value.distance(&last).is_none_or(|distance| distance >= u32::from(noise.deadband))
     }
 
-    fn tell(
+    fn publish(
         &mut self,
         value: Option<Value>,
         now: Instant,
@@ -155,27 +158,27 @@ mod tests {
     }
 
     /// What is published about this area at this time, in ms.
-    fn told(values: &mut Values, area: FishX1Transfer, begin: Instant, ms: u64) -> Vec<String> {
-        let mut told = Vec::new();
-        values.tell(&[area], 1, begin + Duration::from_millis(ms), |topic, payload| {
-            told.push(format!("{topic} {payload}"));
+    fn reported(values: &mut Values, area: FishX1Transfer, begin: Instant, ms: u64) -> Vec<String> {
+        let mut reported = Vec::new();
+        values.publish(&[area], 1, begin + Duration::from_millis(ms), |topic, payload| {
+            reported.push(format!("{topic} {payload}"));
             true
         });
-        told
+        reported
     }
 
     #[test]
     fn everything_is_told_once_and_then_changes_only() {
         let (mut values, begin) = (values(), Instant::now());
         let mut area = FishX1Transfer::default();
-        let first = told(&mut values, area, begin, 0);
+        let first = reported(&mut values, area, begin, 0);
         assert!(first.contains(&r#"ft/press/I1 {"value":0}"#.to_owned()), "{first:?}");
         assert!(!first.iter().any(|line| line.starts_with("ft/press/O")), "all are motors");
-        assert_eq!(told(&mut values, area, begin, 1), [""; 0]);
+        assert_eq!(reported(&mut values, area, begin, 1), [""; 0]);
         area.input.uni[1] = 1;
-        assert_eq!(told(&mut values, area, begin, 2), [r#"ft/press/I2 {"value":1}"#]);
+        assert_eq!(reported(&mut values, area, begin, 2), [r#"ft/press/I2 {"value":1}"#]);
         values.forget();
-        assert_eq!(told(&mut values, area, begin, 3).len(), first.len());
+        assert_eq!(reported(&mut values, area, begin, 3).len(), first.len());
     }
 
     #[test]
@@ -183,19 +186,19 @@ mod tests {
         let (mut values, begin) = (values(), Instant::now());
         let mut area = FishX1Transfer::default();
         area.set_ft_uni_config(Input::I1, InputMode::Voltage, false);
-        told(&mut values, area, begin, 0);
+        reported(&mut values, area, begin, 0);
         area.input.uni[0] = 4;
-        assert_eq!(told(&mut values, area, begin, 200), [""; 0], "noise");
+        assert_eq!(reported(&mut values, area, begin, 200), [""; 0], "noise");
         area.input.uni[0] = 5;
         let line = r#"ft/press/I1 {"value":5,"unit":"mV","over_range":false}"#;
-        assert_eq!(told(&mut values, area, begin, 201), [line]);
+        assert_eq!(reported(&mut values, area, begin, 201), [line]);
         area.input.uni[0] = 500;
-        assert_eq!(told(&mut values, area, begin, 300), [""; 0], "too soon");
+        assert_eq!(reported(&mut values, area, begin, 300), [""; 0], "too soon");
         let line = r#"ft/press/I1 {"value":500,"unit":"mV","over_range":false}"#;
-        assert_eq!(told(&mut values, area, begin, 301), [line]);
+        assert_eq!(reported(&mut values, area, begin, 301), [line]);
         area.input.uni[0] = 10_000;
         let line = r#"ft/press/I1 {"value":10000,"unit":"mV","over_range":true}"#;
-        assert_eq!(told(&mut values, area, begin, 500), [line]);
+        assert_eq!(reported(&mut values, area, begin, 500), [line]);
     }
 
     #[test]
@@ -203,71 +206,74 @@ mod tests {
         let (mut values, begin) = (values(), Instant::now());
         let area = FishX1Transfer::default();
         let mut room = 3;
-        values.tell(&[area], 1, begin, |_, _| {
+        values.publish(&[area], 1, begin, |_, _| {
             room -= 1;
             room >= 0
         });
-        let rest = told(&mut values, area, begin, 1);
-        assert_eq!(rest.len() + 3, told_at_first(area, begin));
+        let rest = reported(&mut values, area, begin, 1);
+        assert_eq!(rest.len() + 3, published_at_first(area, begin));
     }
 
-    fn told_at_first(area: FishX1Transfer, begin: Instant) -> usize {
-        told(&mut values(), area, begin, 0).len()
+    fn published_at_first(area: FishX1Transfer, begin: Instant) -> usize {
+        reported(&mut values(), area, begin, 0).len()
     }
 
     /// What is published when the areas of response `cycle` come after these events.
-    fn told_with_events(
+    fn published_with_events(
         values: &mut Values,
         events: &[(u64, bool)],
         cycle: u64,
         now: i16,
     ) -> Vec<String> {
-        let mut told = Vec::new();
+        let mut reported = Vec::new();
         let mut send = |_: &str, payload| {
-            told.push(payload);
+            reported.push(payload);
             true
         };
         for &(of, pressed) in events {
-            values.tell_change((0, Input::I1), pressed, of, &mut send);
+            values.publish_change((0, Input::I1), pressed, of, &mut send);
         }
         let mut area = FishX1Transfer::default();
         area.input.uni[0] = now;
-        values.tell(&[area], cycle, Instant::now(), send);
-        told
+        values.publish(&[area], cycle, Instant::now(), send);
+        reported
     }
 
     #[test]
     fn every_change_of_a_digital_input_is_told_once_and_in_order() {
         let mut values = values();
-        told(&mut values, FishX1Transfer::default(), Instant::now(), 0);
+        reported(&mut values, FishX1Transfer::default(), Instant::now(), 0);
         let values = &mut values;
         let line = |value| format!("{{\"value\":{value}}}");
         // Three responses came at once.
         let events = [(2, true), (3, false), (4, true)];
-        assert_eq!(told_with_events(values, &events, 4, 1), [line(1), line(0), line(1)]);
+        assert_eq!(published_with_events(values, &events, 4, 1), [line(1), line(0), line(1)]);
         // The areas are before the event, which then says nothing new.
-        assert_eq!(told_with_events(values, &[], 5, 0), [line(0)]);
-        assert_eq!(told_with_events(values, &[(5, false)], 6, 0), [""; 0]);
+        assert_eq!(published_with_events(values, &[], 5, 0), [line(0)]);
+        assert_eq!(published_with_events(values, &[(5, false)], 6, 0), [""; 0]);
         // The event is before its areas.
-        assert_eq!(told_with_events(values, &[(7, true), (8, false)], 7, 1), [line(1), line(0)]);
-        assert_eq!(told_with_events(values, &[], 8, 0), [""; 0]);
+        assert_eq!(
+            published_with_events(values, &[(7, true), (8, false)], 7, 1),
+            [line(1), line(0)]
+        );
+        assert_eq!(published_with_events(values, &[], 8, 0), [""; 0]);
     }
 
     #[test]
     fn a_value_that_is_no_more_is_removed_from_the_broker() {
         let (mut values, begin) = (values(), Instant::now());
         let mut area = FishX1Transfer::default();
-        told(&mut values, area, begin, 0);
+        reported(&mut values, area, begin, 0);
         area.set_ft_motor_config(Motor::M1, false);
-        let told = told(&mut values, area, begin, 1);
+        let reported = reported(&mut values, area, begin, 1);
         for line in [
             "ft/press/M1 ",
             r#"ft/press/M1/config {"mode":"outputs"}"#,
             r#"ft/press/O1 {"duty":0}"#,
             r#"ft/press/O2 {"duty":0}"#,
         ] {
-            assert!(told.contains(&line.to_owned()), "{line}: {told:?}");
+            assert!(reported.contains(&line.to_owned()), "{line}: {reported:?}");
         }
-        assert_eq!(told.len(), 4);
+        assert_eq!(reported.len(), 4);
     }
 }

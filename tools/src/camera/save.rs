@@ -32,13 +32,13 @@ pub(super) fn save(
     let mut last: Option<Instant> = None;
     let (mut saved, mut damaged) = (0, 0);
     while plan.count.is_none_or(|count| saved < count) {
-        match source.next(interrupted).with_context(|| told(saved, target))? {
+        match source.next(interrupted).with_context(|| reported(saved, target))? {
             Next::Picture(jpeg) => {
                 let too_early =
                     plan.every.zip(last).is_some_and(|(every, last)| last.elapsed() < every);
                 if !too_early {
                     last = Some(Instant::now());
-                    target.add(&jpeg).with_context(|| told(saved, target))?;
+                    target.add(&jpeg).with_context(|| reported(saved, target))?;
                     saved += 1;
                     progress.show(saved);
                 }
@@ -48,7 +48,7 @@ pub(super) fn save(
         }
     }
     drop(progress);
-    print::line(told(saved, target))?;
+    print::line(reported(saved, target))?;
     // Between pictures that are not wanted, nothing is lost.
     let lost = if plan.every.is_none() { source.dropped() } else { 0 };
     if lost + damaged > 0 {
@@ -61,7 +61,7 @@ pub(super) fn save(
     }
 }
 
-fn told(saved: u64, target: &Target) -> String {
+fn reported(saved: u64, target: &Target) -> String {
     format!("{saved} picture(s) saved in {}", target.path().display())
 }
 

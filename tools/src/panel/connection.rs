@@ -32,7 +32,7 @@ pub(super) async fn serve(socket: WebSocket, panel: Arc<Panel>) {
     let (answers, waiting) = Answers::channel();
     tokio::select! {
         () = receive(&open, stream, answers) => {}
-        _ = tell(&open, sink, waiting) => {}
+        _ = publish(&open, sink, waiting) => {}
     }
 }
 
@@ -52,7 +52,7 @@ async fn receive(open: &OpenPage, mut stream: SplitStream<WebSocket>, answers: A
 }
 
 /// Sends the newest states and the answers. A page that is slow misses states, and none is kept for it.
-async fn tell(
+async fn publish(
     open: &OpenPage,
     mut sink: SplitSink<WebSocket, Message>,
     mut waiting: mpsc::Receiver<String>,

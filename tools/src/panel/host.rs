@@ -211,7 +211,7 @@ impl Host {
     }
 }
 
-/// A thread that sets all outputs of a controller to 0 when it is told to.
+/// A thread that sets all outputs of a controller to 0 when it is asked to.
 fn start_stopper(areas: TransferAreas) -> Result<Sender<()>, Error> {
     let (stopper, stop) = bounded(1);
     spawn("stopper", move || {

@@ -88,7 +88,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     lines::never_wait()?;
     let (url, words) = words(&site)?;
     // A full pipe has them later.
-    interrupt::in_time(move || tell(&words)).unwrap_or(Ok(()))?;
+    interrupt::in_time(move || publish(&words)).unwrap_or(Ok(()))?;
     let guardian = guard(&args)?;
     let _driving = Driving::begin();
     let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
@@ -152,7 +152,7 @@ fn words(site: &Site) -> anyhow::Result<(String, String)> {
     Ok((site.url(here), words))
 }
 
-fn tell(words: &str) -> anyhow::Result<()> {
+fn publish(words: &str) -> anyhow::Result<()> {
     let mut out = anstream::stdout().lock();
     writeln!(out, "{words}")?;
     Ok(out.flush()?)

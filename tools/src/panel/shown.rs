@@ -32,12 +32,12 @@ impl Shown {
 
     pub(super) fn run(mut self) {
         while !self.common.is_ending() {
-            self.tell();
+            self.publish();
             thread::sleep(STATE_PERIOD);
         }
     }
 
-    fn tell(&mut self) {
+    fn publish(&mut self) {
         let (online, exchanges, areas) = self.simulated.look();
         let now = Instant::now();
         let (count_before, time_before) = std::mem::replace(&mut self.before, (exchanges, now));

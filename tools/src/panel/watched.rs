@@ -15,8 +15,8 @@ use super::state::{
     self, AnswerState, HostState, I2cState, Link, Newest, Phase, WatchedState, STATE_PERIOD,
 };
 use crate::commands::stop_all;
-use crate::told::{
-    halted, missed, no_answer, not_understood, Cycle, Happened, I2cExchange, Line, Told,
+use crate::seen::{
+    halted, missed, no_answer, not_understood, Cycle, Happened, I2cExchange, Line, Seen,
 };
 
 /// Of how many answers the median is shown.
@@ -80,31 +80,31 @@ impl Watched {
             i2c: None,
         };
         // A page that comes before the first program sees a whole state, too.
-        watched.tell();
+        watched.publish();
         watched
     }
 
     /// Takes in what has happened.
-    pub(crate) fn take(&mut self, told: &Told) {
-        match told.line {
-            Line::Main => self.of_main(told),
-            Line::Camera => self.of_camera(told),
+    pub(crate) fn take(&mut self, seen: &Seen) {
+        match seen.line {
+            Line::Main => self.of_main(seen),
+            Line::Camera => self.of_camera(seen),
             Line::I2c => {
-                if let Happened::I2c(exchange) = &told.what {
+                if let Happened::I2c(exchange) = &seen.what {
                     self.i2c = Some(exchange.clone());
                 }
             }
         }
         let is_other =
-            told.line == Line::Main && self.drives.is_some_and(|number| number != told.connection);
-        if let Some(error) = problem(told).filter(|_| !is_other) {
+            seen.line == Line::Main && self.drives.is_some_and(|number| number != seen.connection);
+        if let Some(error) = problem(seen).filter(|_| !is_other) {
             self.error = Some(error);
         }
     }
 
-    fn of_main(&mut self, told: &Told) {
-        let is_shown = self.drives.is_none_or(|number| number == told.connection);
-        match &told.what {
+    fn of_main(&mut self, seen: &Seen) {
+        let is_shown = self.drives.is_none_or(|number| number == seen.connection);
+        match &seen.what {
             Happened::Connected(_) => self.programs += 1,
             Happened::Closed => {
                 self.programs = self.programs.saturating_sub(1);
@@ -117,7 +117,7 @@ impl Watched {
             Happened::Online => {
                 // A controller has one client: the one before has lost it.
                 self.gaps += u64::from(!is_shown);
-                self.drives = Some(told.connection);
+                self.drives = Some(seen.connection);
                 (self.error, self.is_unclear) = (None, false);
                 (self.histogram, self.answers) = Default::default();
                 (self.cycles, self.late) = (0, 0);
@@ -130,7 +130,7 @@ impl Watched {
                 self.gaps += u64::from(!by_program);
                 self.histogram.interrupt();
             }
-            Happened::Cycle(cycle) => self.cycle(told.at, cycle),
+            Happened::Cycle(cycle) => self.cycle(seen.at, cycle),
             Happened::NotUnderstood { .. } | Happened::Missed => self.is_unclear = true,
             // Perhaps by a connection of its own, whose exchange is not shown.
             Happened::Halted { error: None, .. } => stop_all(&mut self.areas),
@@ -143,13 +143,13 @@ impl Watched {
         }
     }
 
-    fn of_camera(&mut self, told: &Told) {
-        match &told.what {
+    fn of_camera(&mut self, seen: &Seen) {
+        match &seen.what {
             Happened::Picture(frame) => {
-                self.pictures = told.connection;
+                self.pictures = seen.connection;
                 self.camera.show(frame);
             }
-            Happened::Closed if self.pictures == told.connection => self.camera.end(),
+            Happened::Closed if self.pictures == seen.connection => self.camera.end(),
             _ => {}
         }
     }
@@ -170,11 +170,11 @@ impl Watched {
     }
 
     /// Tells the pages, if it is time to do so.
-    pub(crate) fn tell_when_due(&mut self) {
+    pub(crate) fn publish_when_due(&mut self) {
         let now = Instant::now();
         if now >= self.next_state {
             self.next_state = now + STATE_PERIOD;
-            self.tell();
+            self.publish();
         }
     }
 
@@ -190,7 +190,7 @@ impl Watched {
         }
     }
 
-    fn tell(&mut self) {
+    fn publish(&mut self) {
         let phase = self.phase();
         let i2c = self.i2c.as_ref().map(|last| I2cState {
             device: last.device,
@@ -225,8 +225,8 @@ impl Watched {
 const NO_ANSWER: &str = "no_answer";
 
 /// What is wrong, if this says that something is.
-fn problem(told: &Told) -> Option<Problem> {
-    let (code, text) = match &told.what {
+fn problem(seen: &Seen) -> Option<Problem> {
+    let (code, text) = match &seen.what {
         Happened::Refused(error) => {
             ("connect_failed", format!("the controller refuses the connection: {error:#}"))
         }
@@ -236,12 +236,12 @@ fn problem(told: &Told) -> Option<Problem> {
         }
         Happened::Unknown(unknown) => ("unknown", format!("{unknown}; it is passed on")),
         Happened::NoAnswer { command, since } => {
-            (NO_ANSWER, no_answer(*command, told.at.saturating_duration_since(*since)))
+            (NO_ANSWER, no_answer(*command, seen.at.saturating_duration_since(*since)))
         }
         Happened::NotUnderstood { side, why } => {
-            ("not_understood", not_understood(told.line, *side, why))
+            ("not_understood", not_understood(seen.line, *side, why))
         }
-        Happened::Missed => ("missed", missed(told.line)),
+        Happened::Missed => ("missed", missed(seen.line)),
         Happened::Connected(_)
         | Happened::Closed
         | Happened::Controller { .. }

@@ -69,7 +69,7 @@ impl Worker {
             is_cut: false,
         };
         // A page that comes before the first response sees a whole state, too.
-        worker.tell(&worker.controller.handler.areas().lock());
+        worker.publish(&worker.controller.handler.areas().lock());
         worker
     }
 
@@ -126,7 +126,7 @@ impl Worker {
         // The request goes out before the state is written.
         drop(areas);
         if let Some(areas) = copy {
-            self.tell(&areas);
+            self.publish(&areas);
         }
         Ok(())
     }
@@ -167,7 +167,7 @@ impl Worker {
         self.is_cut |= self.phase == Phase::Running;
         (self.phase, self.error) = (phase, Some(error.into()));
         self.histogram.interrupt();
-        self.tell(&self.controller.handler.areas().lock());
+        self.publish(&self.controller.handler.areas().lock());
     }
 
     /// What has to be done without a response, too.
@@ -178,7 +178,7 @@ impl Worker {
             }
         }
         if self.is_due() {
-            self.tell(&self.controller.handler.areas().lock());
+            self.publish(&self.controller.handler.areas().lock());
         }
     }
 
@@ -201,7 +201,7 @@ impl Worker {
         true
     }
 
-    fn tell(&self, areas: &[FishX1Transfer]) {
+    fn publish(&self, areas: &[FishX1Transfer]) {
         let handler = &self.controller.handler;
         let statistics = handler.areas().statistics();
         let state = HostState {

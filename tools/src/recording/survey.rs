@@ -81,8 +81,13 @@ impl Survey {
 
     /// Name and firmware, for people.
     pub(crate) fn controller(&self) -> [&str; 2] {
-        [&*self.device_name, &self.firmware]
-            .map(|told| if told.is_empty() { UNKNOWN } else { told })
+        [&*self.device_name, &self.firmware].map(|reported| {
+            if reported.is_empty() {
+                UNKNOWN
+            } else {
+                reported
+            }
+        })
     }
 
     fn count(&mut self, cycle: &Cycle, (count, total): &mut (u32, Duration)) {

@@ -12,7 +12,7 @@ use super::i2c::I2c;
 use super::line::{pause, Line};
 use super::outcome::Trouble;
 use super::session::{command, packet, Session, NO_I2C};
-use crate::told;
+use crate::seen;
 use crate::watch::ports;
 
 /// How long a controller may need to come back. Its program is started 2 s after its end.
@@ -88,13 +88,13 @@ impl Bench {
     }
 
     /// A connection to one of the three ports; `None` when the controller refuses.
-    pub(super) fn connect(&self, port: told::Line) -> Result<Option<Line>, Trouble> {
+    pub(super) fn connect(&self, port: seen::Line) -> Result<Option<Line>, Trouble> {
         Line::connect(ports::behind(self.address, port), &self.interrupted)
     }
 
     /// A connection to the main port.
     pub(super) fn main(&self) -> Result<Line, Trouble> {
-        let line = self.connect(told::Line::Main)?;
+        let line = self.connect(seen::Line::Main)?;
         line.ok_or_else(|| Trouble::Lost("the controller refuses a connection".to_owned()))
     }
 
@@ -125,7 +125,7 @@ impl Bench {
         // Without this, StartOnline could end the firmware.
         if self.left_waiting {
             // A client that comes and goes ends that server.
-            drop(self.connect(told::Line::I2c)?);
+            drop(self.connect(seen::Line::I2c)?);
         }
         if self.left_waiting || self.left_online {
             self.pause(SETTLES)?;
@@ -137,7 +137,7 @@ impl Bench {
         self.left_moving = false;
         let session = self.session.insert(session);
         if holds == Holds::I2c {
-            let address = ports::behind(self.address, told::Line::I2c);
+            let address = ports::behind(self.address, seen::Line::I2c);
             session.i2c = Line::connect(address, &self.interrupted)?.map(I2c::new);
             self.left_waiting = session.i2c.is_none();
             self.has_i2c |= session.i2c.is_some();
@@ -206,7 +206,7 @@ impl Bench {
         }
         if self.left_waiting {
             // The next program can then begin at once. There may be no such port.
-            drop(self.connect(told::Line::I2c));
+            drop(self.connect(seen::Line::I2c));
         }
         ended
     }

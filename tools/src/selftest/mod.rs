@@ -111,7 +111,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
 
 /// Prints a line between two checks, where no motor turns. A pipe that nobody reads ends the test, and the controller
 /// does not stay online for it.
-fn tell(line: String) -> anyhow::Result<()> {
+fn show(line: String) -> anyhow::Result<()> {
     interrupt::in_time(move || print::line(line)).context("nobody reads the output")?
 }
 
@@ -169,7 +169,7 @@ impl Run {
             return Ok(());
         }
         let Bench { name, firmware, .. } = &self.bench;
-        tell(format!("{}, firmware {firmware}\n", print::clean(name)))
+        show(format!("{}, firmware {firmware}\n", print::clean(name)))
     }
 
     /// Runs each check. The error is what has ended it early.
@@ -181,7 +181,7 @@ impl Run {
             }
             let row = Row::new(check, self.run_one(check)?);
             if !self.args.json {
-                tell(row.line())?;
+                show(row.line())?;
             }
             self.rows.push(row);
         }
@@ -248,7 +248,7 @@ impl Run {
 
     fn foot(&self, path: &Path, result: &Value) -> anyhow::Result<()> {
         if self.args.json {
-            return tell(print::json(result)?);
+            return show(print::json(result)?);
         }
         let more: String = ["--motors", "--crash"]
             .into_iter()
@@ -258,7 +258,7 @@ impl Run {
                 (count > 0).then(|| format!("{option} would try {count} more\n"))
             })
             .collect();
-        tell(format!(
+        show(format!(
             "\n{}, in {:.0} s\n{more}{} has it all, to attach to an issue",
             summary(&self.rows),
             self.begin.elapsed().as_secs_f64(),

@@ -17,7 +17,7 @@ use serde_json::{json, Map, Value};
 use crate::commands::Pair;
 use crate::print;
 use crate::queue::{queue, Put, Take};
-use crate::told::{Cycle, Happened, Told, Unknown, MISSED};
+use crate::seen::{Cycle, Happened, Seen, Unknown, MISSED};
 use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
 /// How many bytes of lines may wait for their reader. A line may have hundreds of thousands.
@@ -30,7 +30,7 @@ pub(super) struct Changes {
     lines: Put<String>,
     begin: Instant,
     /// The values of each area that were printed last, for each connection; none before its first cycle.
-    told: HashMap<u64, Vec<Vec<Value>>>,
+    seen: HashMap<u64, Vec<Vec<Value>>>,
     /// How many were left out since the last line.
     lost: u64,
     /// Ends when all is printed.
@@ -67,7 +67,7 @@ impl Changes {
     }
 
     fn new(lines: Put<String>, printed: Receiver<()>) -> Self {
-        Self { lines, begin: Instant::now(), told: HashMap::new(), lost: 0, printed }
+        Self { lines, begin: Instant::now(), seen: HashMap::new(), lost: 0, printed }
     }
 
     /// Says where the program has to connect to.
@@ -85,10 +85,10 @@ impl Changes {
         let _ = printed.recv_timeout(END_LIMIT);
     }
 
-    pub(super) fn take(&mut self, told: &Told) {
-        let line = told.line.name();
-        let value = match &told.what {
-            Happened::Cycle(cycle) => return self.cycle(told, cycle),
+    pub(super) fn take(&mut self, seen: &Seen) {
+        let line = seen.line.name();
+        let value = match &seen.what {
+            Happened::Cycle(cycle) => return self.cycle(seen, cycle),
             Happened::Connected(from) => {
                 json!({"what": "connected", "connection": line, "from": from.to_string()})
             }
@@ -96,7 +96,7 @@ impl Changes {
                 json!({"what": "refused", "connection": line, "why": format!("{error:#}")})
             }
             Happened::Closed => {
-                self.told.remove(&told.connection);
+                self.seen.remove(&seen.connection);
                 json!({"what": "closed", "connection": line})
             }
             Happened::Controller { name, firmware } => {
@@ -104,7 +104,7 @@ impl Changes {
             }
             Happened::Command(command) => json!({"what": "command", "command": command.name()}),
             Happened::Online => {
-                self.told.remove(&told.connection);
+                self.seen.remove(&seen.connection);
                 json!({"what": "online"})
             }
             Happened::Halted { gone, error } => {
@@ -123,7 +123,7 @@ impl Changes {
                 json!({"what": "unknown", "from": side.name(), "id": format!("{id:#010x}"), "bytes": bytes})
             }
             Happened::NoAnswer { command, since } => {
-                let seconds = told.at.saturating_duration_since(*since).as_secs_f64();
+                let seconds = seen.at.saturating_duration_since(*since).as_secs_f64();
                 json!({"what": "no_answer", "command": command.name(), "seconds": (seconds * 10.0).round() / 10.0})
             }
             Happened::NotUnderstood { side, why } => {
@@ -131,12 +131,12 @@ impl Changes {
             }
             Happened::Missed => json!({"what": "missed", "connection": line, "why": MISSED}),
         };
-        self.put(told, None, value);
+        self.put(seen, None, value);
     }
 
-    fn cycle(&mut self, told: &Told, cycle: &Cycle) {
+    fn cycle(&mut self, seen: &Seen, cycle: &Cycle) {
         let alive = cycle.areas.first().map_or([0; 8], |master| master.state.io_slave_alive);
-        let mut last = self.told.remove(&told.connection).unwrap_or_default();
+        let mut last = self.seen.remove(&seen.connection).unwrap_or_default();
         last.resize(last.len().max(cycle.areas.len()), Vec::new());
         for (index, (area, last)) in cycle.areas.iter().zip(&mut last).enumerate() {
             let is_there = index.checked_sub(1).is_none_or(|extension| alive[extension] != 0);
@@ -146,18 +146,18 @@ impl Changes {
             }
             let is_new = |(place, value): &(usize, &Value)| last.get(*place) != Some(*value);
             for (_, value) in values.iter().enumerate().filter(is_new) {
-                self.put(told, Some(cycle.number), value.clone());
+                self.put(seen, Some(cycle.number), value.clone());
             }
             *last = values;
         }
-        self.told.insert(told.connection, last);
+        self.seen.insert(seen.connection, last);
     }
 
     /// Prints a line, if there is room for it.
-    fn put(&mut self, told: &Told, cycle: Option<u64>, value: Value) {
-        let ms = told.at.saturating_duration_since(self.begin).as_micros() as f64 / 1e3;
+    fn put(&mut self, seen: &Seen, cycle: Option<u64>, value: Value) {
+        let ms = seen.at.saturating_duration_since(self.begin).as_micros() as f64 / 1e3;
         let mut line = Map::from_iter([("ms".to_owned(), json!(ms))]);
-        line.insert("connection_number".to_owned(), json!(told.connection));
+        line.insert("connection_number".to_owned(), json!(seen.connection));
         if let Some(cycle) = cycle {
             line.insert("cycle".to_owned(), json!(cycle));
         }
@@ -235,21 +235,21 @@ fn write(lines: &Take<String>) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::told::{I2cExchange, Line};
+    use crate::seen::{I2cExchange, Line};
 
     #[test]
     fn lines_that_wait_take_no_more_bytes_than_there_is_room_for() {
         let (put, take) = queue(10_000);
         let mut changes = Changes::new(put, bounded(0).1);
-        let told = |bytes| {
+        let seen = |bytes| {
             let exchange = I2cExchange { device: 8, written: vec![7; bytes], read: None };
             let (at, line) = (Instant::now(), Line::I2c);
-            Told { at, line, connection: 3, what: Happened::I2c(exchange) }
+            Seen { at, line, connection: 3, what: Happened::I2c(exchange) }
         };
-        (0..20).for_each(|_| changes.take(&told(2000)));
+        (0..20).for_each(|_| changes.take(&seen(2000)));
         let lines: Vec<String> = std::iter::from_fn(|| take.next()).collect();
         assert!(lines.iter().map(String::len).sum::<usize>() < 10_000, "{}", lines.len());
-        changes.take(&told(1));
+        changes.take(&seen(1));
         let next: Value = serde_json::from_str(&take.next().unwrap()).unwrap();
         assert_eq!(
             (&next["lost"], &next["connection_number"]),

@@ -9,7 +9,7 @@ use std::time::Instant;
 use ft_transfer_area::wire::{crc_of_words, CmprHeader, CommandId, ExchangeData, ResponseId};
 
 use super::packet::{command_size, id, response_size};
-use crate::told::SILENCE;
+use crate::seen::SILENCE;
 
 /// As much of a packet as tells its size and what matters here.
 const HEAD: usize = CmprHeader::LEN;

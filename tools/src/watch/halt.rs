@@ -12,7 +12,7 @@ use mio::net::TcpStream;
 use super::driven::{Driven, Responses};
 use super::passage::{is_connected, reset, TURN};
 use super::tap::{Piece, Tap, Telling, What};
-use crate::told::{Gone, Line, Side};
+use crate::seen::{Gone, Line, Side};
 
 /// How long the controller may take for an answer. StopOnline and a board that does not answer take a second each.
 const ANSWER: Duration = Duration::from_secs(2);
@@ -49,7 +49,7 @@ pub(super) struct Halt {
     /// The firmware waits for a connection to I2C for 5 s from StartOnline on. One that is made and closed ends that:
     /// then StopOnline takes no second, and the firmware survives the next StartOnline.
     i2c: Option<TcpStream>,
-    /// The connection is still the program's, and what passes on it is told. Afterwards its end was told.
+    /// The connection is still the program's, and what passes on it is reported. Afterwards its end was reported.
     is_own: bool,
     telling: Telling,
     responses: Responses,
@@ -74,11 +74,11 @@ impl Halt {
     ) -> Self {
         let mut halt = Self::new(gone, connection, driven, controller);
         let sent = halt.controller.as_mut().map(|controller| send(controller, &halt.zeros));
-        halt.tell(tap, What::Gone);
+        halt.report(tap, What::Gone);
         if matches!(sent, Some(Ok(()))) {
             halt.step = Step::SwitchesOff;
             halt.responses.expect(&halt.zeros);
-            halt.tell_bytes(tap, Side::Program, &halt.zeros.clone());
+            halt.pass_bytes(tap, Side::Program, &halt.zeros.clone());
         } else {
             halt.close(tap);
         }
@@ -165,7 +165,7 @@ impl Halt {
             };
             let is_off = over.is_ok() && step == Step::SwitchesOff;
             if is_off {
-                self.tell(tap, What::Halted(self.gone, Ok(())));
+                self.report(tap, What::Halted(self.gone, Ok(())));
             }
             if let Err(error) = over.and_then(|()| self.next(&connect, tap)) {
                 if is_off || step == Step::Ends {
@@ -173,7 +173,7 @@ impl Halt {
                     self.step = Step::Done;
                 } else if Instant::now() + RETRY > self.until {
                     self.step = Step::Done;
-                    self.tell(tap, What::Halted(self.gone, Err(error)));
+                    self.report(tap, What::Halted(self.gone, Err(error)));
                 } else {
                     self.step = Step::Pauses(Instant::now() + RETRY);
                     self.close(tap);
@@ -184,11 +184,11 @@ impl Halt {
         true
     }
 
-    /// Closes the connection, before that is told.
+    /// Closes the connection, before that is reported.
     fn close(&mut self, tap: &Tap) {
         self.controller = None;
         if std::mem::take(&mut self.is_own) {
-            self.tell(tap, What::Closed);
+            self.report(tap, What::Closed);
         }
     }
 
@@ -241,7 +241,7 @@ impl Halt {
         if let Some(controller) = self.controller.as_mut().filter(|_| !packet.is_empty()) {
             send(controller, &packet)?;
             self.responses.expect(&packet);
-            self.tell_bytes(tap, Side::Program, &packet);
+            self.pass_bytes(tap, Side::Program, &packet);
         }
         self.answer_until = self.until.min(Instant::now() + ANSWER);
         self.step = step;
@@ -264,7 +264,7 @@ impl Halt {
                 Ok(count) => {
                     heard += count;
                     self.responses.take(&chunk[..count]);
-                    self.tell_bytes(tap, Side::Controller, &chunk[..count]);
+                    self.pass_bytes(tap, Side::Controller, &chunk[..count]);
                 }
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
@@ -274,16 +274,16 @@ impl Halt {
         Ok(())
     }
 
-    fn tell(&self, tap: &Tap, what: What) {
+    fn report(&self, tap: &Tap, what: What) {
         let (line, connection) = (Line::Main, self.connection);
-        tap.tell(Piece { line, connection, at: Instant::now(), what });
+        tap.report(Piece { line, connection, at: Instant::now(), what });
     }
 
-    fn tell_bytes(&mut self, tap: &Tap, side: Side, bytes: &[u8]) {
+    fn pass_bytes(&mut self, tap: &Tap, side: Side, bytes: &[u8]) {
         if self.is_own {
             let (line, connection) = (Line::Main, self.connection);
-            let told = (&mut self.telling, true);
-            tap.tell_bytes((line, connection), side, Instant::now(), bytes, told);
+            let seen = (&mut self.telling, true);
+            tap.pass_bytes((line, connection), side, Instant::now(), bytes, seen);
         }
     }
 }

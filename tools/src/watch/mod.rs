@@ -37,7 +37,7 @@ use crate::interrupt::{self, Driving};
 use crate::panel::pages::{self, Watched};
 use crate::program::{Program, Reads};
 use crate::recording::output::{incomplete, Output};
-use crate::told::{halted, missed, no_answer, not_understood, Happened, Told};
+use crate::seen::{halted, missed, no_answer, not_understood, Happened, Seen};
 use crate::web::browser::Opening;
 use crate::{lines, print};
 
@@ -127,9 +127,9 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
         Some(changes) => changes.begin(&main_name, &controller_name, page.as_deref()),
         None if args.program.is_empty() => {
             // A paused terminal shows it later.
-            let told =
+            let seen =
                 interrupt::in_time(move || announce(&main_name, &controller_name, page.as_deref()));
-            told.unwrap_or(Ok(()))?;
+            seen.unwrap_or(Ok(()))?;
         }
         // What is printed is the program's.
         None => page.iter().for_each(|url| lines::print(&format!("page {url}"))),
@@ -259,25 +259,25 @@ impl Looker {
 
     fn look(&mut self) {
         let Self { pieces, decoder, watched, record, changes, notes } = self;
-        let mut tell = |told: Told| {
-            notes.take(&told);
+        let mut report = |seen: Seen| {
+            notes.take(&seen);
             if let Some(watched) = watched {
-                watched.take(&told);
-                watched.tell_when_due();
+                watched.take(&seen);
+                watched.publish_when_due();
             }
             if let Some(record) = record {
-                record.take(&told);
+                record.take(&seen);
             }
             if let Some(changes) = changes {
-                changes.take(&told);
+                changes.take(&seen);
             }
         };
         while let Some(piece) = pieces.next() {
-            decoder.take(piece, &mut tell);
+            decoder.take(piece, &mut report);
         }
-        decoder.look(Instant::now(), &mut tell);
+        decoder.look(Instant::now(), &mut report);
         if let Some(watched) = watched {
-            watched.tell_when_due();
+            watched.publish_when_due();
         }
     }
 }
@@ -287,30 +287,30 @@ impl Looker {
 struct Notes {
     /// On which connections the controller has refused the last attempt: programs try again and again.
     refused: [bool; 3],
-    /// The last connection of which something unknown was told.
+    /// The last connection of which something unknown was seen.
     unknown: u64,
 }
 
 impl Notes {
-    fn take(&mut self, told: &Told) {
-        let line = told.line.name();
-        let refused = &mut self.refused[told.line.index()];
-        match &told.what {
+    fn take(&mut self, seen: &Seen) {
+        let line = seen.line.name();
+        let refused = &mut self.refused[seen.line.index()];
+        match &seen.what {
             Happened::Refused(error) if !*refused => {
                 *refused = true;
                 log::warn!("the controller refuses the {line} connection: {error:#}");
             }
             Happened::NotUnderstood { side, why } => {
-                log::warn!("{}", not_understood(told.line, *side, why));
+                log::warn!("{}", not_understood(seen.line, *side, why));
             }
-            Happened::Unknown(unknown) if self.unknown < told.connection => {
-                self.unknown = told.connection;
-                log::warn!("{unknown}; it is passed on, and more of them are not told here");
+            Happened::Unknown(unknown) if self.unknown < seen.connection => {
+                self.unknown = seen.connection;
+                log::warn!("{unknown}; it is passed on, and more of them are not shown here");
             }
             Happened::NoAnswer { command, since } => {
-                log::warn!("{}", no_answer(*command, told.at.saturating_duration_since(*since)));
+                log::warn!("{}", no_answer(*command, seen.at.saturating_duration_since(*since)));
             }
-            Happened::Missed => log::warn!("{}", missed(told.line)),
+            Happened::Missed => log::warn!("{}", missed(seen.line)),
             Happened::Halted { gone, error } => log::warn!("{}", halted(*gone, error.as_ref())),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
             Happened::Refused(_)

@@ -11,7 +11,7 @@ use socket2::SockRef;
 use super::driven::Driven;
 use super::halt::Halt;
 use super::tap::{Piece, Tap, Telling, What};
-use crate::told::{Gone, Line, Side};
+use crate::seen::{Gone, Line, Side};
 
 /// How much is passed on in one direction before the other connections have their turn.
 pub(super) const TURN: usize = 1 << 20;
@@ -29,7 +29,7 @@ struct Flow {
     /// What the receiver had no room for, and how much of it is sent.
     pending: Vec<u8>,
     sent: usize,
-    /// The sender has said that nothing more comes, and whether the receiver was told.
+    /// The sender has said that nothing more comes, and whether the receiver was notified.
     ended: bool,
     told_end: bool,
     /// The connection is reset. That is not an end of a direction, and is not to be passed on as one.
@@ -168,7 +168,7 @@ impl Passage {
         }
         if self.down.ended && !had_ended {
             let (line, connection) = (self.line, self.number);
-            tap.tell(Piece { line, connection, at: Instant::now(), what: What::ControllerEnded });
+            tap.report(Piece { line, connection, at: Instant::now(), what: What::ControllerEnded });
         }
         match passed {
             Ok(_) if self.up.told_end && self.down.told_end => Then::Closed,
@@ -332,7 +332,7 @@ struct Witness<'a> {
 }
 
 impl Witness<'_> {
-    fn tell(&mut self, at: Instant, bytes: &[u8]) {
+    fn report(&mut self, at: Instant, bytes: &[u8]) {
         match (self.side, &mut self.driven) {
             (Side::Program, Some(driven)) => driven.sent(at, bytes),
             (Side::Controller, Some(driven)) => driven.received(at, bytes),
@@ -340,7 +340,7 @@ impl Witness<'_> {
         }
         let drives = self.driven.as_ref().is_some_and(|driven| driven.drives());
         let connection = (self.line, self.connection);
-        self.tap.tell_bytes(connection, self.side, at, bytes, (self.telling, drives));
+        self.tap.pass_bytes(connection, self.side, at, bytes, (self.telling, drives));
     }
 
     /// Whether the end of this side is passed on.
@@ -380,8 +380,8 @@ fn pass(
                 return Ok(false);
             }
             if !flow.broken {
-                let told = to.shutdown(Shutdown::Write).or_else(unless_gone);
-                told.map_err(|error| witness.receiver_broke(error))?;
+                let seen = to.shutdown(Shutdown::Write).or_else(unless_gone);
+                seen.map_err(|error| witness.receiver_broke(error))?;
             }
             flow.told_end = true;
             break;
@@ -403,7 +403,7 @@ fn pass(
         let at = Instant::now();
         flow.used = Some(at);
         let sent = write(to, &chunk[..count]);
-        witness.tell(at, &chunk[..count]);
+        witness.report(at, &chunk[..count]);
         let sent = sent.map_err(|error| witness.receiver_broke(error))?;
         flow.pending.extend_from_slice(&chunk[sent..count]);
         passed += count;

@@ -8,7 +8,7 @@ use anyhow::{anyhow, bail, Context};
 use ft_transfer_area::controller_address;
 use mio::net::TcpListener;
 
-use crate::told::Line;
+use crate::seen::Line;
 
 /// How often three free ports in a row are tried from a port that the system chooses.
 const ATTEMPTS: usize = 50;

@@ -12,7 +12,7 @@ use ft_transfer_area_recorder::{
 
 use crate::lines;
 use crate::recording::output::{discard, Output};
-use crate::told::{halted, no_answer, Cycle, Happened, Line, Told, MISSED};
+use crate::seen::{halted, no_answer, Cycle, Happened, Line, Seen, MISSED};
 
 /// Writes a recording.
 pub(super) struct Record {
@@ -49,7 +49,7 @@ struct Unanswered {
 }
 
 impl Unanswered {
-    fn told(&self, ended: Instant) -> String {
+    fn seen(&self, ended: Instant) -> String {
         let until = self.until.unwrap_or(ended);
         no_answer(self.command, until.saturating_duration_since(self.since))
     }
@@ -76,22 +76,22 @@ impl Record {
         })
     }
 
-    pub(super) fn take(&mut self, told: &Told) {
-        if let Happened::Controller { name, firmware } = &told.what {
+    pub(super) fn take(&mut self, seen: &Seen) {
+        if let Happened::Controller { name, firmware } = &seen.what {
             self.controller = Some((name.clone(), firmware.to_string()));
         }
-        match told.line {
-            Line::Main if self.drives.is_none_or(|number| number == told.connection) => {
-                self.of_main(told);
+        match seen.line {
+            Line::Main if self.drives.is_none_or(|number| number == seen.connection) => {
+                self.of_main(seen);
             }
             // A controller has one client: the other one has lost it.
-            Line::Main if matches!(told.what, Happened::Online) => {
-                self.ended(told.at, false);
-                self.of_main(told);
+            Line::Main if matches!(seen.what, Happened::Online) => {
+                self.ended(seen.at, false);
+                self.of_main(seen);
             }
             Line::Main | Line::I2c => {}
             Line::Camera => {
-                if let Happened::Picture(frame) = &told.what {
+                if let Happened::Picture(frame) = &seen.what {
                     self.frames.record(frame);
                 }
             }
@@ -104,15 +104,15 @@ impl Record {
     }
 
     /// Of the connection that drives, or of any while none does.
-    fn of_main(&mut self, told: &Told) {
-        match &told.what {
+    fn of_main(&mut self, seen: &Seen) {
+        match &seen.what {
             Happened::Online => {
                 self.begins = true;
-                self.drives = Some(told.connection);
+                self.drives = Some(seen.connection);
                 (self.unclear, self.halted, self.unanswered) = Default::default();
                 self.statistics = Statistics::default();
             }
-            Happened::Cycle(cycle) => self.cycle(told, cycle),
+            Happened::Cycle(cycle) => self.cycle(seen, cycle),
             Happened::NotUnderstood { side, why } => {
                 self.unclear =
                     Some(format!("what the {} sent is not understood: {why}", side.name()));
@@ -129,13 +129,13 @@ impl Record {
                 } else {
                     // By a connection of its own.
                     let failure = Failure { kind: FailureKind::Other, error };
-                    self.feed.transfer(told.at, Transfer::EndedBy(failure));
+                    self.feed.transfer(seen.at, Transfer::EndedBy(failure));
                 }
             }
-            Happened::Offline { by_program } => self.ended(told.at, *by_program),
+            Happened::Offline { by_program } => self.ended(seen.at, *by_program),
             Happened::Command(_) => {
                 if let Some(Unanswered { until, .. }) = &mut self.unanswered {
-                    until.get_or_insert(told.at);
+                    until.get_or_insert(seen.at);
                 }
             }
             Happened::Connected(_)
@@ -152,7 +152,7 @@ impl Record {
     fn ended(&mut self, at: Instant, by_program: bool) {
         self.drives = None;
         let failed = |kind, error| Transfer::EndedBy(Failure { kind, error });
-        let unanswered = self.unanswered.take().map(|missing| missing.told(at));
+        let unanswered = self.unanswered.take().map(|missing| missing.seen(at));
         let what = match (self.unclear.take(), unanswered, self.halted.take()) {
             (Some(error), _, _) => failed(FailureKind::WrongData, error),
             (None, Some(missing), halted) => {
@@ -170,9 +170,9 @@ impl Record {
         self.feed.transfer(at, what);
     }
 
-    fn cycle(&mut self, told: &Told, cycle: &Cycle) {
+    fn cycle(&mut self, seen: &Seen, cycle: &Cycle) {
         if let Some(unanswered) = &mut self.unanswered {
-            unanswered.until.get_or_insert(told.at);
+            unanswered.until.get_or_insert(seen.at);
             unanswered.cycles += 1;
         }
         self.unanswered.take_if(|unanswered| unanswered.cycles > 1);
@@ -180,7 +180,7 @@ impl Record {
             let (device_name, firmware) = self.controller.clone().unwrap_or_default();
             let (address, areas) = (self.address.clone(), cycle.areas.len());
             let began = Transfer::Began { device_name, firmware, address, areas };
-            self.feed.transfer(told.at, began);
+            self.feed.transfer(seen.at, began);
             if let Err(error) = self.output.begun(&mut self.recorder) {
                 let path = self.recorder.path().display();
                 log::warn!("{error:#}; the recording goes on as {path}");
@@ -199,7 +199,7 @@ impl Record {
             statistics.longest_cycle = statistics.longest_cycle.max(since_last);
         }
         let mut logged = LoggedCycle::new(cycle.number, &cycle.areas);
-        logged.arrived = told.at;
+        logged.arrived = seen.at;
         logged.first = cycle.number == 1;
         logged.statistics = *statistics;
         self.feed.cycle(logged);

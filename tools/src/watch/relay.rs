@@ -24,7 +24,7 @@ use super::passage::{connect, reset, Passage, Stage, Then, CHUNK};
 use super::ports::behind;
 use super::tap::{Piece, Tap, What};
 use crate::lines::Rarely;
-use crate::told::{Gone, Line};
+use crate::seen::{Gone, Line};
 
 const WAKER: Token = Token(3);
 /// The first token of a connection; each has two.
@@ -277,7 +277,7 @@ impl Worker {
         }
         self.numbers += 1;
         let number = self.numbers;
-        self.tell(line, number, What::Opened(from));
+        self.report(line, number, What::Opened(from));
         let (address, tokens) = (behind(self.controller, line), tokens(number));
         let registry = self.poll.registry();
         match Passage::begin((line, number), program, address, registry, tokens) {
@@ -288,8 +288,8 @@ impl Worker {
                 self.passages.insert(number, passage);
             }
             Err(error) => {
-                self.tell(line, number, What::Refused(error));
-                self.tell(line, number, What::Closed);
+                self.report(line, number, What::Refused(error));
+                self.report(line, number, What::Closed);
             }
         }
     }
@@ -331,7 +331,7 @@ impl Worker {
         let serves = |other: &Passage| other.is_served() && other.drives();
         if !passage.is_served() && self.passages.values().any(serves) {
             drop(passage);
-            return self.tell(Line::Main, number, What::Closed);
+            return self.report(Line::Main, number, What::Closed);
         }
         self.halts.extend(passage.halt(gone, &self.tap));
     }
@@ -428,7 +428,7 @@ impl Worker {
                 passage.stage = Stage::Again(now + CAMERA_RETRY);
             } else {
                 passage.reset();
-                self.tell(line, number, What::Refused(error));
+                self.report(line, number, What::Refused(error));
                 self.close(number);
             }
         }
@@ -473,12 +473,12 @@ impl Worker {
             let line = passage.line;
             // Its sockets are closed before that is reported.
             self.halts.extend(passage.halt_later());
-            self.tell(line, number, What::Closed);
+            self.report(line, number, What::Closed);
         }
     }
 
-    fn tell(&self, line: Line, connection: u64, what: What) {
-        self.tap.tell(Piece { line, connection, at: Instant::now(), what });
+    fn report(&self, line: Line, connection: u64, what: What) {
+        self.tap.report(Piece { line, connection, at: Instant::now(), what });
     }
 }
 

@@ -6,7 +6,7 @@ use std::net::SocketAddr;
 use std::time::Instant;
 
 use crate::queue::{queue, Put, Take};
-use crate::told::{Gone, Line, Side};
+use crate::seen::{Gone, Line, Side};
 
 /// How many bytes may wait to be looked at.
 const ROOM: usize = 32 << 20;
@@ -56,11 +56,11 @@ pub(super) struct Tap {
     lost: Cell<bool>,
 }
 
-/// How much of a connection was told.
+/// How much of a connection was reported.
 #[derive(Default)]
 pub(super) struct Telling {
     bytes: usize,
-    /// There was no room, and nothing more is told.
+    /// There was no room, and nothing more is reported.
     missed: bool,
 }
 
@@ -74,7 +74,7 @@ pub(super) fn tap() -> (Tap, Pieces) {
 
 impl Tap {
     /// Tells what has happened.
-    pub(super) fn tell(&self, piece: Piece) {
+    pub(super) fn report(&self, piece: Piece) {
         if self.lost.get() {
             let Piece { line, connection, at, .. } = piece;
             self.lost.set(!self.pieces.put(Piece { line, connection, at, what: What::Lost }, KEPT));
@@ -85,7 +85,7 @@ impl Tap {
     }
 
     /// Tells what a side of this connection has sent. One that drives has more room.
-    pub(super) fn tell_bytes(
+    pub(super) fn pass_bytes(
         &self,
         (line, connection): (Line, u64),
         side: Side,
@@ -105,7 +105,7 @@ impl Tap {
         let piece = Piece { line, connection, at, what };
         telling.missed = !self.pieces.put_below(piece, bytes.len(), room);
         if telling.missed {
-            self.tell(Piece { line, connection, at, what: What::Missed });
+            self.report(Piece { line, connection, at, what: What::Missed });
         }
     }
 }
@@ -126,38 +126,38 @@ mod tests {
     }
 
     /// Tells of so many bytes; returns whether there was room.
-    fn tell(tap: &Tap, size: usize, drives: bool) -> bool {
+    fn report(tap: &Tap, size: usize, drives: bool) -> bool {
         let mut telling = Telling::default();
         let bytes = vec![0; size];
-        let told = (&mut telling, drives);
-        tap.tell_bytes((Line::Main, 1), Side::Program, Instant::now(), &bytes, told);
+        let seen = (&mut telling, drives);
+        tap.pass_bytes((Line::Main, 1), Side::Program, Instant::now(), &bytes, seen);
         !telling.missed
     }
 
     #[test]
     fn bytes_without_room_are_missed_and_what_was_looked_at_makes_room() {
         let (tap, pieces) = tap();
-        assert!(tell(&tap, ROOM / 2, true) && !tell(&tap, ROOM / 2, true));
+        assert!(report(&tap, ROOM / 2, true) && !report(&tap, ROOM / 2, true));
         assert!(matches!(pieces.next().unwrap().what, What::FromProgram(_)));
         assert!(matches!(pieces.next().unwrap().what, What::Missed));
-        assert!(tell(&tap, ROOM / 2, true));
+        assert!(report(&tap, ROOM / 2, true));
     }
 
     #[test]
     fn others_take_no_room_of_the_one_that_drives_or_begins() {
         let (tap, _pieces) = tap();
-        assert!(!(0..ROOM / 4096).all(|_| tell(&tap, 4096, false)), "they have a bound");
-        assert!(tell(&tap, 100, false), "a beginning");
-        assert!(tell(&tap, ROOM / 2, true));
+        assert!(!(0..ROOM / 4096).all(|_| report(&tap, 4096, false)), "they have a bound");
+        assert!(report(&tap, 100, false), "a beginning");
+        assert!(report(&tap, ROOM / 2, true));
     }
 
     #[test]
     fn what_happens_to_connections_is_bounded_too_and_a_gap_in_it_is_told() {
         let (tap, pieces) = tap();
-        (0..ROOM / 64).for_each(|_| tap.tell(happened(What::Closed)));
-        let told = std::iter::from_fn(|| pieces.next()).count();
-        assert!(told > 10_000 && told < ROOM / 64, "{told}");
-        tap.tell(happened(What::Gone));
+        (0..ROOM / 64).for_each(|_| tap.report(happened(What::Closed)));
+        let seen = std::iter::from_fn(|| pieces.next()).count();
+        assert!(seen > 10_000 && seen < ROOM / 64, "{seen}");
+        tap.report(happened(What::Gone));
         let then = [pieces.next(), pieces.next()].map(|piece| piece.unwrap().what);
         assert!(matches!(then, [What::Lost, What::Gone]), "{then:?}");
     }

@@ -21,18 +21,18 @@ impl Opening {
     /// Opens the page at this address, or says that it can't. A browser may take its time, so this does not wait for it.
     pub(crate) fn begin(url: &str) -> Self {
         let opened = write(url).and_then(|(folder, file)| {
-            let open = move || open(&file).unwrap_or_else(|_| tell());
+            let open = move || open(&file).unwrap_or_else(|_| show());
             thread::Builder::new().name("browser".to_owned()).spawn(open)?;
             Ok(folder)
         });
         if opened.is_err() {
-            tell();
+            show();
         }
         Self { _folder: opened.ok() }
     }
 }
 
-fn tell() {
+fn show() {
     eprintln!("no browser could be opened; open the address above in one");
 }
 

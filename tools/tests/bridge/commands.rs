@@ -20,25 +20,27 @@ fn commands_move_motors_switch_outputs_and_play_sounds() {
 
     listener.send("ft/press/M1/set", r#"{"duty": -300}"#);
     wait_machine(&txt, "M1 turns", |machine| machine.controllers[0].outputs.duty[1] == 300);
-    listener.wait(0, "ft/press/M1", |told| told["duty"] == -300);
-    listener.wait(0, "ft/press/master", |told| *told == json!({"alive": true}));
+    listener.wait(0, "ft/press/M1", |reported| reported["duty"] == -300);
+    listener.wait(0, "ft/press/master", |reported| *reported == json!({"alive": true}));
 
     let order = r#"{"duty": 512, "distance": 30, "with": [{"motor": "M3", "reverse": true}]}"#;
     listener.send("ft/press/M2/move", order);
     for motor in ["M2", "M3"] {
-        let right = |told: &serde_json::Value| {
-            told["event"] == "motor_reached" && told["motor"] == motor && told["position"] == 30
+        let right = |reported: &serde_json::Value| {
+            reported["event"] == "motor_reached"
+                && reported["motor"] == motor
+                && reported["position"] == 30
         };
         listener.wait(0, "ft/press/event", right);
     }
-    listener.wait(0, "ft/press/C2", |told| told["count"] == 30);
+    listener.wait(0, "ft/press/C2", |reported| reported["count"] == 30);
     let from = listener.now();
     listener.send("ft/press/C2/reset", "");
-    listener.wait(0, "ft/press/event", |told| told["event"] == "counter_reset");
-    listener.wait(from, "ft/press/C2", |told| told["count"] == 0);
+    listener.wait(0, "ft/press/event", |reported| reported["event"] == "counter_reset");
+    listener.wait(from, "ft/press/C2", |reported| reported["count"] == 0);
 
     listener.send("ft/press/M4/mode", r#"{"mode": "outputs"}"#);
-    listener.wait(0, "ft/press/M4/config", |told| told["mode"] == "outputs");
+    listener.wait(0, "ft/press/M4/config", |reported| reported["mode"] == "outputs");
     listener.send("ft/press/O8/set", r#"{"duty": 77}"#);
     wait_machine(&txt, "O8 is on", |machine| machine.controllers[0].outputs.duty[7] == 77);
     listener.send("ft/press/sound/set", r#"{"sound": "Bell"}"#);
@@ -79,8 +81,9 @@ fn wrong_commands_are_answered_and_change_nothing() {
         // A topic that no command could have is shortened.
         let short = tail.get(..60).map(|tail| format!("ft/press/{tail}…"));
         let topic = short.unwrap_or(topic);
-        let told = listener.wait(from, "ft/press/error", |told| told["topic"] == *topic);
-        assert!(told["error"].as_str().unwrap().contains(error), "{told}");
+        let reported =
+            listener.wait(from, "ft/press/error", |reported| reported["topic"] == *topic);
+        assert!(reported["error"].as_str().unwrap().contains(error), "{reported}");
     }
     assert_eq!(txt.with_machine(|machine| m1(machine)), 200, "it still turns");
 }
@@ -96,9 +99,10 @@ fn a_command_that_the_broker_has_kept_moves_nothing() {
     let txt = SimulatedTxt::builder().start().unwrap();
     let host = txt.address().to_string();
     let _bridge = Bridge::start(broker.port, [&*host, "--name", "press"]);
-    let told = listener.wait(0, "ft/press/error", |told| told["topic"] == "ft/press/M1/set");
-    assert!(told["error"].as_str().unwrap().contains("retain flag"), "{told}");
-    listener.wait(0, "ft/press/error", |told| told["topic"] == "ft/press/heartbeat");
+    let reported =
+        listener.wait(0, "ft/press/error", |reported| reported["topic"] == "ft/press/M1/set");
+    assert!(reported["error"].as_str().unwrap().contains("retain flag"), "{reported}");
+    listener.wait(0, "ft/press/error", |reported| reported["topic"] == "ft/press/heartbeat");
     // A command that comes later goes out later. When it has arrived, the first one has not.
     listener.send("ft/press/M2/set", r#"{"duty": 5}"#);
     wait_machine(&txt, "M2 turns", |machine| machine.controllers[0].outputs.duty[2] == 5);
@@ -126,9 +130,9 @@ fn a_silent_master_stops_the_motors_and_a_heartbeat_keeps_them_turning() {
     // No more heartbeats.
     let from = listener.now();
     wait_machine(&txt, "M1 is stopped", |machine| m1(machine) == 0);
-    listener.wait(from, "ft/press/event", |told| told["event"] == "stopped");
+    listener.wait(from, "ft/press/event", |reported| reported["event"] == "stopped");
     bridge.wait_for("no command and no heartbeat came for 800ms");
-    listener.wait(from, "ft/press/master", |told| told["alive"] == false);
+    listener.wait(from, "ft/press/master", |reported| reported["alive"] == false);
     // A master that comes back goes on.
     listener.send("ft/press/M1/set", r#"{"duty": 50}"#);
     wait_machine(&txt, "M1 turns again", |machine| m1(machine) == 50);

@@ -27,11 +27,11 @@ fn turning(broker: &Broker, listener: &Listener) -> (SimulatedTxt, Bridge) {
 
 /// Everything works again after a fault, and what was commanded before moves nothing.
 fn works_again(txt: &SimulatedTxt, listener: &Listener, from: usize) {
-    listener.wait(from, "ft/press/event", |told| told["event"] == "stopped");
-    listener.wait(from, "ft/press/M1", |told| told["duty"] == 0);
+    listener.wait(from, "ft/press/event", |reported| reported["event"] == "stopped");
+    listener.wait(from, "ft/press/M1", |reported| reported["duty"] == 0);
     assert_eq!(txt.with_machine(|machine| m1(machine)), 0);
     txt.with_machine(|machine| machine.controllers[0].uni[0] = 1);
-    listener.wait(from, "ft/press/I1", |told| told["value"] == 1);
+    listener.wait(from, "ft/press/I1", |reported| reported["value"] == 1);
     listener.send("ft/press/M1/set", r#"{"duty": 77}"#);
     wait_machine(txt, "M1 turns again", |machine| m1(machine) == 77);
 }
@@ -143,8 +143,9 @@ fn what_came_while_the_bridge_was_suspended_moves_nothing() {
     // Longer than a command may wait, but not so long that the controller is given up.
     thread::sleep(Duration::from_millis(1400));
     bridge.signal("CONT");
-    let told = listener.wait(from, "ft/press/error", |told| told["topic"] == "ft/press/M1/set");
-    let error = told["error"].as_str().unwrap();
+    let reported =
+        listener.wait(from, "ft/press/error", |reported| reported["topic"] == "ft/press/M1/set");
+    let error = reported["error"].as_str().unwrap();
     assert!(error.contains("may have waited"), "{error}");
     let deadline = Instant::now() + LONGEST_WAIT;
     while txt.with_machine(|machine| m1(machine)) != 77 {

@@ -28,8 +28,10 @@ fn a_paused_terminal_delays_neither_a_stop_nor_the_end() {
         let from = listener.now();
         listener.send("ft/press/state", other_bridge(number, &format!("number {number} ")));
         if number % AT_ONCE == 0 {
-            let right = |told: &serde_json::Value| {
-                told["error"].as_str().is_some_and(|error| error.contains(&format!(" {number} ")))
+            let right = |reported: &serde_json::Value| {
+                reported["error"]
+                    .as_str()
+                    .is_some_and(|error| error.contains(&format!(" {number} ")))
             };
             listener.wait(from, "ft/press/error", right);
         }

@@ -19,24 +19,24 @@ fn inputs_and_counters_of_all_areas_are_topics_and_the_broker_keeps_them() {
     let early = Listener::new(&broker);
     let state = early.wait(0, "ft/press/state", is_state("online"));
     assert_eq!((&state["host"], &state["device"]), (&json!(host), &json!("Press")));
-    early.wait(0, "ft/press/I1", |told| *told == json!({"value": 0}));
+    early.wait(0, "ft/press/I1", |reported| *reported == json!({"value": 0}));
     txt.with_machine(|machine| {
         machine.controllers[0].uni[0] = 1;
         machine.controllers[1].uni[7] = 1;
         machine.controllers[0].counter[2] = -1;
         machine.controllers[1].ir[0].left_x = 9;
     });
-    early.wait(0, "ft/press/I1", |told| *told == json!({"value": 1}));
-    early.wait(0, "ft/press/ext1/I8", |told| *told == json!({"value": 1}));
-    early.wait(0, "ft/press/C3", |told| told["count"] == 65_535);
-    early.wait(0, "ft/press/ext1/remote/any", |told| told["left"]["x"] == 9);
-    early.wait(0, "ft/press/extensions", |told| told["connected"][0] == true);
+    early.wait(0, "ft/press/I1", |reported| *reported == json!({"value": 1}));
+    early.wait(0, "ft/press/ext1/I8", |reported| *reported == json!({"value": 1}));
+    early.wait(0, "ft/press/C3", |reported| reported["count"] == 65_535);
+    early.wait(0, "ft/press/ext1/remote/any", |reported| reported["left"]["x"] == 9);
+    early.wait(0, "ft/press/extensions", |reported| reported["connected"][0] == true);
     early.send("ft/press/I2/mode", r#"{"mode": "ultrasonic", "digital": false}"#);
-    early.wait(0, "ft/press/I2/config", |told| told["mode"] == "ultrasonic");
+    early.wait(0, "ft/press/I2/config", |reported| reported["mode"] == "ultrasonic");
     wait_machine(&txt, "the mode", |machine| machine.controllers[0].config.uni[1].mode == 3);
     txt.with_machine(|machine| machine.controllers[0].uni[1] = 1024);
     let far = json!({"value": 1024, "unit": "cm", "over_range": true});
-    early.wait(0, "ft/press/I2", |told| *told == far);
+    early.wait(0, "ft/press/I2", |reported| *reported == far);
     // Somebody who comes later gets the newest value of each at once.
     let late = Listener::new(&broker);
     late.wait(0, "ft/press/I2", |_| true);
@@ -67,11 +67,11 @@ fn no_change_of_a_digital_input_is_lost() {
     wait_machine(&txt, "all changes", |_| left.load(Ordering::Relaxed) == 0);
     let end = listener.now();
     txt.with_machine(|machine| machine.controllers[0].uni[4] = 1);
-    listener.wait(end, "ft/press/I5", |told| told["value"] == 1);
-    let told = listener.all("ft/press/I4");
+    listener.wait(end, "ft/press/I5", |reported| reported["value"] == 1);
+    let reported = listener.all("ft/press/I4");
     // The first one is the value at the beginning.
     let expected: Vec<_> = (0..=CHANGES).map(|change| json!({"value": change % 2})).collect();
-    assert_eq!(told, expected);
+    assert_eq!(reported, expected);
 }
 
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
@@ -109,5 +109,5 @@ fn two_bridges_of_one_name_are_told() {
     let second = Bridge::start(broker.port, [&*hosts[1], "--name", "press"]);
     first.wait_for("another bridge uses this topic");
     second.wait_for("another bridge uses this topic");
-    listener.wait(0, "ft/press/error", |told| told["topic"] == "ft/press/state");
+    listener.wait(0, "ft/press/error", |reported| reported["topic"] == "ft/press/state");
 }

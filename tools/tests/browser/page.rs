@@ -200,8 +200,8 @@ impl Page {
     pub(crate) async fn ensure_not_told(&self) -> Result<()> {
         let script = "const texts = [...document.querySelectorAll('.toast')].map((toast) => toast.textContent);
             return texts.filter((text) => !text.includes('heard nothing from this page for a second'))";
-        let told = self.run(script, json!(null)).await?;
-        ensure!(told == json!([]), "the page tells its user {told}");
+        let reported = self.run(script, json!(null)).await?;
+        ensure!(reported == json!([]), "the page tells its user {reported}");
         Ok(())
     }
 

@@ -16,9 +16,9 @@ fn the_token_is_in_a_file_that_only_the_user_can_read() {
 
     let folder = tempfile::tempdir().unwrap();
     let browser = folder.path().join("browser");
-    let told = folder.path().join("told");
+    let reported = folder.path().join("reported");
     let script =
-        format!("#!/bin/sh\necho \"$@\" > '{0}.part'\nmv '{0}.part' '{0}'\n", told.display());
+        format!("#!/bin/sh\necho \"$@\" > '{0}.part'\nmv '{0}.part' '{0}'\n", reported.display());
     fs::write(&browser, script).unwrap();
     fs::set_permissions(&browser, fs::Permissions::from_mode(0o700)).unwrap();
 
@@ -27,13 +27,13 @@ fn the_token_is_in_a_file_that_only_the_user_can_read() {
     let panel = Running::start(&mut command);
     let url = panel.line();
     let deadline = Instant::now() + LIMIT;
-    while !told.exists() {
+    while !reported.exists() {
         assert!(Instant::now() < deadline, "no browser was started");
         thread::sleep(Duration::from_millis(20));
     }
-    let told = fs::read_to_string(told).unwrap();
-    assert!(!told.contains("token"), "{told}");
-    let file = Path::new(told.trim().strip_prefix("file://").expect("it opens a file"));
+    let reported = fs::read_to_string(reported).unwrap();
+    assert!(!reported.contains("token"), "{reported}");
+    let file = Path::new(reported.trim().strip_prefix("file://").expect("it opens a file"));
     assert!(fs::read_to_string(file).unwrap().contains(&format!("0; url={url}\"")));
     for (path, mode) in [(file, 0o600), (file.parent().unwrap(), 0o700)] {
         let permissions = fs::metadata(path).unwrap().permissions();

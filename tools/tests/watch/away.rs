@@ -54,8 +54,8 @@ fn without_a_controller_a_connection_ends_at_once() {
         let is_reset = |error: &io::Error| {
             matches!(error.kind(), ErrorKind::ConnectionReset | ErrorKind::BrokenPipe)
         };
-        let told = sent.as_ref().err().or(read.as_ref().err());
-        assert!(told.is_some_and(is_reset), "{sent:?} {read:?}");
+        let reported = sent.as_ref().err().or(read.as_ref().err());
+        assert!(reported.is_some_and(is_reset), "{sent:?} {read:?}");
     }
     // Now there is one.
     let _txt = txt_at(address.port());

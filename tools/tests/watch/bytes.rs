@@ -97,8 +97,8 @@ fn what_the_controller_says_wrong_is_told_as_said_by_it() {
     let mut arrived = vec![0; 1000];
     program.read_exact(&mut arrived).unwrap();
     assert!(arrived == noise(1000, 3));
-    let told = watch.line_where(|line| line["what"] == "unknown");
-    assert_eq!(told["from"], "controller");
+    let reported = watch.line_where(|line| line["what"] == "unknown");
+    assert_eq!(reported["from"], "controller");
 }
 
 #[cfg_attr(windows, ignore = "Wine loses a reset when it reports it: the next read is an end")]

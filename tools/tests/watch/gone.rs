@@ -29,17 +29,17 @@ fn program(watch: &Watch) -> KitClient {
 }
 
 /// Waits until it says that the outputs are off, and that the program has not ended its session.
-fn told(watch: &Watch, because: &str) {
+fn reported(watch: &Watch, because: &str) {
     assert_eq!(outputs_off(watch), (because.into(), true.into()));
-    let told = watch.line_where(|line| line["what"] == "offline");
-    assert_eq!(told["by_program"], false);
+    let reported = watch.line_where(|line| line["what"] == "offline");
+    assert_eq!(reported["by_program"], false);
     watch.line_where(closed);
 }
 
 /// What it says about that: because of what, and whether it was done.
 fn outputs_off(watch: &Watch) -> (Value, Value) {
-    let told = watch.line_where(|line| line["what"] == "outputs_off");
-    (told["because"].clone(), told["done"].clone())
+    let reported = watch.line_where(|line| line["what"] == "outputs_off");
+    (reported["because"].clone(), reported["done"].clone())
 }
 
 fn closed(line: &Value) -> bool {
@@ -63,7 +63,7 @@ fn all_outputs_go_off_when_the_program_is_killed() {
         }
         drop(program);
         // Wine loses a reset when it reports it, and then it is an end.
-        told(&watch, if resets && cfg!(not(windows)) { "reset" } else { "closed" });
+        reported(&watch, if resets && cfg!(not(windows)) { "reset" } else { "closed" });
         assert_eq!(last(&duties), [[0; 8]; 2], "{number}");
         assert!(txt.wait_until(|machine| !machine.online(), LIMIT));
     }
@@ -79,7 +79,7 @@ fn a_response_that_is_still_to_come_holds_nothing_up() {
     ExchangeData { duty: M1, ..ExchangeData::default() }.emit(&mut request);
     program.stream.write_all(&request).unwrap();
     drop(program);
-    told(&watch, "closed");
+    reported(&watch, "closed");
     assert_eq!(last(&duties), [[0; 8]]);
 }
 
@@ -105,7 +105,7 @@ fn all_outputs_go_off_when_the_program_is_silent() {
     let watch = Watch::with_lines(txt.address());
     let mut program = program(&watch);
     program.exchange(M1);
-    told(&watch, "silent");
+    reported(&watch, "silent");
     assert_eq!(last(&duties), [[0; 8]]);
     // As the controller would have done.
     assert!(matches!(program.stream.read(&mut [0]), Ok(0)));
@@ -120,7 +120,7 @@ fn all_outputs_go_off_at_ctrl_c() {
         let mut program = program(&watch);
         program.exchange(M1);
         watch.running.signal(signal);
-        told(&watch, "watch_ends");
+        reported(&watch, "watch_ends");
         assert_eq!(last(&duties), [[0; 8]]);
     }
 }
@@ -146,7 +146,7 @@ fn outputs_stay_when_that_is_wanted_or_the_session_has_ended() {
     assert_eq!(last(&duties), [M1]);
 }
 
-/// A controller that does as it is told here.
+/// A controller that does as its script says.
 struct Controller {
     listener: TcpListener,
     stream: TcpStream,

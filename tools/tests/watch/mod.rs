@@ -5,9 +5,9 @@ mod beside;
 mod bytes;
 mod clients;
 mod gone;
+mod reported;
 pub(crate) mod slow;
 pub(crate) mod support;
-mod told;
 mod unanswered;
 mod unused;
 

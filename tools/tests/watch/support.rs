@@ -1,4 +1,4 @@
-//! The program as a user starts it, a controller that says what it is told, and a client made by hand.
+//! The program as a user starts it, a controller that says what a test wants, and a client made by hand.
 
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};

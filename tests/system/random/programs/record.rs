@@ -68,7 +68,7 @@ pub(crate) struct Call {
 impl Call {
     /// Whether it has reported an end of a transfer, a gap or an expired watchdog. After an end without an error,
     /// `error` reports it by returning none.
-    pub(crate) fn told(&self) -> bool {
+    pub(crate) fn reported(&self) -> bool {
         match &self.result {
             Ok(()) => matches!(self.what, What::Begin | What::End | What::Look),
             Err(error) => !matches!(

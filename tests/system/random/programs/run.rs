@@ -62,10 +62,10 @@ impl Run {
         self.run_threads(&slots, &gate);
         let mut breaches = self.end(&slots, &gate);
         for (which, listener) in listeners.into_iter().enumerate() {
-            let told = listener
+            let reported = listener
                 .into_iter()
                 .flat_map(|events| std::iter::from_fn(move || events.try_recv().ok()));
-            record.trace(which).events.extend(told);
+            record.trace(which).events.extend(reported);
         }
         drop(slots);
         for (which, setup) in plan.setups.iter().enumerate() {

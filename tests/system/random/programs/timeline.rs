@@ -29,8 +29,8 @@ pub(crate) fn of(trace: &Trace) -> String {
             before = Some(text);
         }
     }
-    for told in &trace.events {
-        lines.push((told.arrived, format!("event {:?}", told.event)));
+    for reported in &trace.events {
+        lines.push((reported.arrived, format!("event {:?}", reported.event)));
     }
     for (begin, end) in &trace.hook.times {
         lines.push((*begin, "the hook is called".to_owned()));

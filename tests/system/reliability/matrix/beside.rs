@@ -35,7 +35,7 @@ pub(crate) struct Companion {
     threads: Vec<JoinHandle<()>>,
     logger: Option<Blocked>,
     /// The errors that the hook gets.
-    pub(crate) told: Option<Receiver<Error>>,
+    pub(crate) reported: Option<Receiver<Error>>,
 }
 
 impl Beside {
@@ -72,10 +72,12 @@ impl Beside {
     pub(crate) fn begin(self, handler: &Arc<TransferAreaComHandler>, proxy: &Proxy) -> Companion {
         let (let_go, gate) = mpsc::channel();
         let mut threads = Vec::new();
-        let (mut logger, mut told) = (None, None);
+        let (mut logger, mut reported) = (None, None);
         match self {
-            Self::SleepingHook(time) => told = Some(set_hook(handler, move || thread::sleep(time))),
-            Self::HangingHook => told = Some(set_hook(handler, move || _ = gate.recv())),
+            Self::SleepingHook(time) => {
+                reported = Some(set_hook(handler, move || thread::sleep(time)))
+            }
+            Self::HangingHook => reported = Some(set_hook(handler, move || _ = gate.recv())),
             Self::HeldGuard | Self::WaitingForGuard(_) => {
                 threads.push(hold(handler.areas().clone(), gate));
             }
@@ -96,7 +98,7 @@ impl Beside {
         if let Self::WaitingForGuard(time) = self {
             thread::sleep(time);
         }
-        Companion { let_go: Some(let_go), threads, logger, told }
+        Companion { let_go: Some(let_go), threads, logger, reported }
     }
 }
 
@@ -113,7 +115,7 @@ impl Companion {
 /// is busy.
 fn set_hook(handler: &TransferAreaComHandler, busy: impl Fn() + Send + 'static) -> Receiver<Error> {
     let (begun, has_begun) = mpsc::channel();
-    let (telling, told) = mpsc::channel();
+    let (telling, reported) = mpsc::channel();
     let mut is_told = false;
     let set = handler.set_cycle_hook(move |areas| {
         match areas {
@@ -132,7 +134,7 @@ fn set_hook(handler: &TransferAreaComHandler, busy: impl Fn() + Send + 'static) 
     });
     set.unwrap();
     has_begun.recv().unwrap();
-    told
+    reported
 }
 
 /// A thread that holds a guard with a duty in it until its gate is open.

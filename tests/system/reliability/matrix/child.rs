@@ -149,19 +149,19 @@ fn reconnecting(host: &str, port: u16) {
     let handler = builder.reconnect(Duration::from_secs(60)).build().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     let is_wanted = begin_until_told(&handler);
-    let (mut told, mut when) = ("nothing", SystemTime::now());
+    let (mut reported, mut when) = ("nothing", SystemTime::now());
     let mut is_connected = true;
     while is_wanted.load(Ordering::SeqCst) || !is_connected {
         match handler.areas().wait_cycle() {
             Ok(_) => is_connected = true,
             Err(error) => {
-                (told, when) = (name_of(&error), SystemTime::now());
+                (reported, when) = (name_of(&error), SystemTime::now());
                 is_connected = false;
             }
         }
     }
     assert!(handler.areas().statistics().gaps <= 1, "the network was cut once");
-    say("told", told, when);
+    say("reported", reported, when);
     say_result("ended", &handler.end_transfer());
 }
 

@@ -262,16 +262,16 @@ fn reconnects_after(length: Duration) -> Result<Outcome, Skipped> {
     // The program may notice this late that the network is back.
     thread::sleep(Duration::from_secs(4));
     drop(program.stdin.take());
-    let (told, told_at) = program.hear("told");
+    let (reported, told_at) = program.hear("reported");
     let (ended, _) = program.hear("ended");
     assert_eq!(ended, "Ok");
     let (by, off_at) = controller.hear("off");
-    if told == "nothing" {
+    if reported == "nothing" {
         return Ok(Outcome { seen: Seen::Nothing, soon: None, by: By::GoesOn, stopped: None });
     }
     let since = |when: SystemTime| when.duration_since(struck).ok();
     let (soon, stopped) = (since(told_at), since(off_at));
-    Ok(Outcome { seen: Seen::Named(told), soon, by: by_name(&by), stopped })
+    Ok(Outcome { seen: Seen::Named(reported), soon, by: by_name(&by), stopped })
 }
 
 /// Begins a transfer with a controller that is cut off.

@@ -206,8 +206,8 @@ fn run(beside: Beside, reason: Reason) -> Outcome {
     after.into_iter().for_each(|ending| ending.join().unwrap());
     waiting.begin();
     if reason.goes_on() {
-        if let Some(told) = &companion.told {
-            assert_eq!(told.recv_timeout(DEADLINE).as_ref(), Ok(&error));
+        if let Some(reported) = &companion.reported {
+            assert_eq!(reported.recv_timeout(DEADLINE).as_ref(), Ok(&error));
         }
         waiting.wait_until_told(&error, DEADLINE);
         assert_eq!(idle.feed_watchdog(), Err(error.clone()));
@@ -220,7 +220,7 @@ fn run(beside: Beside, reason: Reason) -> Outcome {
         assert_eq!(handler.end_transfer(), result);
     }
     waiting.wait_until_ended(&reason.end());
-    let told_again = companion.told.iter().flatten().next();
+    let told_again = companion.reported.iter().flatten().next();
     assert_eq!(told_again, None, "the hook is notified once");
     assert_eq!(idle.lock()[LOCAL_IO].output.duty, [0; 8]);
     let (by, stopped) = controller.stopped_after(struck);
@@ -274,9 +274,9 @@ fn told_by(event: &Event, reason: Reason) -> Error {
             Error::ConnectionLost { cause: Box::new(error.clone()) }
         }
         Event::TransferEnded { error, .. } => {
-            let told = error.clone().unwrap_or(Error::NotStarted);
-            assert_eq!(told, reason.end());
-            told
+            let reported = error.clone().unwrap_or(Error::NotStarted);
+            assert_eq!(reported, reason.end());
+            reported
         }
         other => panic!("{other:?}"),
     }

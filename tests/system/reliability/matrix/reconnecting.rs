@@ -169,7 +169,7 @@ fn next_error(area: &TransferAreas) -> Error {
 }
 
 /// The gaps that a handle learns of, and the error that ends its waits.
-fn told(area: &TransferAreas) -> (Vec<Error>, Error) {
+fn reported(area: &TransferAreas) -> (Vec<Error>, Error) {
     let mut gaps = Vec::new();
     loop {
         match next_error(area) {
@@ -181,7 +181,7 @@ fn told(area: &TransferAreas) -> (Vec<Error>, Error) {
 
 fn waiter(handler: &TransferAreaComHandler) -> JoinHandle<(Vec<Error>, Error)> {
     let area = handler.areas().clone();
-    thread::spawn(move || told(&area))
+    thread::spawn(move || reported(&area))
 }
 
 /// Checks that outputs and inputs are exchanged again, with the motors off.

@@ -79,7 +79,7 @@ impl Tracks {
                     self.take_cycle(at, &cycle);
                 }
             }
-            Recorded::Transfer(told) => self.take_transfer(at, told),
+            Recorded::Transfer(reported) => self.take_transfer(at, reported),
             Recorded::Event(event) => {
                 let is_seen = SEEN.iter().any(|kind| kind.name() == event.event);
                 if is_wanted && self.ticks.len() < TICKS && !is_seen {
@@ -104,8 +104,8 @@ impl Tracks {
         self.seen = Some(self.seen.as_ref().map_or(at, |seen| seen.start)..at);
     }
 
-    fn take_transfer(&mut self, at: f64, told: Transfer) {
-        match told {
+    fn take_transfer(&mut self, at: f64, reported: Transfer) {
+        match reported {
             Transfer::Began { device_name, .. } => self.controller = Some(device_name),
             Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_) => {
                 self.lost_since.get_or_insert(self.last_cycle.unwrap_or(at));

@@ -115,7 +115,7 @@ fn serve(
             }
             // It is expected back.
             Some(_) => {}
-            None if leaves => tell(&run)?,
+            None if leaves => show(&run)?,
             None => {}
         }
         if once && has_left && run.at_end && run.back_at.is_none() {
@@ -129,7 +129,7 @@ fn serve(
 }
 
 /// Says how a program did when it has left.
-fn tell(run: &Run) -> anyhow::Result<()> {
+fn show(run: &Run) -> anyhow::Result<()> {
     let to_come = if run.at_end { "" } else { "; the recording has more connections" };
     match (&run.first_difference, &run.other_stop) {
         (None, None) => print::line(format_args!(

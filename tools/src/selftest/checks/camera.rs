@@ -8,11 +8,11 @@ use ft_transfer_area::wire::{
 
 use super::commands::closes;
 use super::{Check, Found};
+use crate::seen;
 use crate::selftest::bench::{Bench, Holds};
 use crate::selftest::line::{Heard, Line, LIMIT};
 use crate::selftest::outcome::{seconds, Outcome, Trouble};
 use crate::selftest::session::{command, packet};
-use crate::told;
 
 pub(super) const CHECKS: &[Check] = &[
     Check::new(
@@ -71,7 +71,7 @@ pub(super) fn needs_camera(bench: &Bench) -> Result<(), Trouble> {
 }
 
 /// A command that starts or stops the camera in this session: how long its answer took.
-fn tell(bench: &mut Bench, id: CommandId) -> Result<Duration, Trouble> {
+fn send(bench: &mut Bench, id: CommandId) -> Result<Duration, Trouble> {
     let mut request = Vec::new();
     match id {
         CommandId::StartCameraOnline => SIZE.emit(&mut request),
@@ -86,7 +86,7 @@ fn tell(bench: &mut Bench, id: CommandId) -> Result<Duration, Trouble> {
 fn connect(bench: &mut Bench) -> Result<Option<(Line, CameraFrameHeader, Vec<u8>)>, Trouble> {
     let begin = Instant::now();
     while begin.elapsed() < OPENS {
-        if let Some(mut line) = bench.connect(told::Line::Camera)? {
+        if let Some(mut line) = bench.connect(seen::Line::Camera)? {
             let picture = frame(&mut line)?;
             return Ok(picture.map(|(header, jpeg)| (line, header, jpeg)));
         }
@@ -109,12 +109,12 @@ fn stop(bench: &mut Bench, client: Option<Line>) -> Result<Duration, Trouble> {
     drop(client);
     bench.pause(Duration::from_millis(50))?;
     bench.online()?.exchange()?;
-    tell(bench, CommandId::StopCameraOnline)
+    send(bench, CommandId::StopCameraOnline)
 }
 
 fn starts(bench: &mut Bench) -> Found {
     bench.begin(Holds::I2c)?;
-    let took = tell(bench, CommandId::StartCameraOnline)?;
+    let took = send(bench, CommandId::StartCameraOnline)?;
     let there = connect(bench)?;
     bench.has_camera = there.is_some();
     let stopped = stop(bench, there.map(|(line, ..)| line))?;
@@ -133,7 +133,7 @@ fn with_picture(
 ) -> Found {
     needs_camera(bench)?;
     bench.begin(Holds::I2c)?;
-    tell(bench, CommandId::StartCameraOnline)?;
+    send(bench, CommandId::StartCameraOnline)?;
     let Some((line, header, jpeg)) = connect(bench)? else {
         stop(bench, None)?;
         bench.end()?;
@@ -189,7 +189,7 @@ fn once(bench: &mut Bench) -> Found {
     with_picture(bench, |bench, line, _, _| {
         *line = None;
         bench.online()?.exchanges(5)?;
-        let again = bench.connect(told::Line::Camera)?;
+        let again = bench.connect(seen::Line::Camera)?;
         let seen = if again.is_some() { "it accepts another one" } else { "" };
         Ok(Outcome::same_if(again.is_none(), seen))
     })
@@ -202,7 +202,7 @@ fn stops(bench: &mut Bench) -> Found {
 
 /// Starts the camera, gets a picture and stops it: whether one came.
 pub(super) fn start_and_stop(bench: &mut Bench) -> Result<bool, Trouble> {
-    tell(bench, CommandId::StartCameraOnline)?;
+    send(bench, CommandId::StartCameraOnline)?;
     let there = connect(bench)?.map(|(line, ..)| line);
     let is_there = there.is_some();
     stop(bench, there)?;
@@ -212,12 +212,12 @@ pub(super) fn start_and_stop(bench: &mut Bench) -> Result<bool, Trouble> {
 fn late(bench: &mut Bench) -> Found {
     needs_camera(bench)?;
     bench.begin(Holds::I2c)?;
-    tell(bench, CommandId::StartCameraOnline)?;
+    send(bench, CommandId::StartCameraOnline)?;
     let begin = Instant::now();
     while begin.elapsed() < Duration::from_millis(5_600) {
         bench.online()?.exchange()?;
     }
-    let late = bench.connect(told::Line::Camera)?;
+    let late = bench.connect(seen::Line::Camera)?;
     let seen = if late.is_some() { "it accepts one" } else { "" };
     let outcome = Outcome::same_if(late.is_none(), seen);
     stop(bench, late)?;

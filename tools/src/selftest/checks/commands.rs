@@ -9,11 +9,11 @@ use ft_transfer_area::wire::{
 use ft_transfer_area::FirmwareVersion;
 
 use super::{Check, Found};
+use crate::seen;
 use crate::selftest::bench::Bench;
 use crate::selftest::line::{Heard, Line};
 use crate::selftest::outcome::Outcome;
 use crate::selftest::session::{command, config_packet, packet};
-use crate::told;
 
 pub(super) const CHECKS: &[Check] = &[
     Check::new(
@@ -120,7 +120,7 @@ pub(super) fn outside(line: &mut Line) -> Result<(), crate::selftest::outcome::T
 fn closed_ports(bench: &mut Bench) -> Found {
     // The session of a check before has ended properly, so it has left no server behind.
     bench.end()?;
-    let ports = [told::Line::Camera, told::Line::I2c];
+    let ports = [seen::Line::Camera, seen::Line::I2c];
     let mut open = Vec::new();
     for port in ports {
         if bench.connect(port)?.is_some() {

@@ -6,11 +6,11 @@ use ft_transfer_area::wire::{CommandId, QueryStatusResponse};
 
 use super::i2c::closes_after_5_s;
 use super::{Check, Found};
+use crate::seen;
 use crate::selftest::bench::{Bench, Holds};
 use crate::selftest::line::{Heard, LIMIT};
 use crate::selftest::outcome::Outcome;
 use crate::selftest::session::packet;
-use crate::told;
 
 pub(super) const CHECKS: &[Check] = &[
     Check::new(
@@ -28,7 +28,7 @@ pub(super) const CHECKS: &[Check] = &[
 
 fn second_client(bench: &mut Bench) -> Found {
     bench.online()?.exchange()?;
-    let Some(mut second) = bench.connect(told::Line::Main)? else {
+    let Some(mut second) = bench.connect(seen::Line::Main)? else {
         return Ok(Outcome::differs("it is refused"));
     };
     second.send(&packet(CommandId::QueryStatus))?;

@@ -5,12 +5,12 @@ use std::time::Duration;
 use ft_transfer_area::wire::I2cRequestHeader;
 
 use super::{Check, Found};
+use crate::seen;
 use crate::selftest::bench::{Bench, Holds};
 use crate::selftest::i2c::{request, I2c, I2cAnswer};
 use crate::selftest::line::{Heard, Line};
 use crate::selftest::outcome::{seconds, Outcome, Trouble};
 use crate::selftest::session::Session;
-use crate::told;
 
 pub(super) const CHECKS: &[Check] = &[
     Check::new("i2c", "The I2C port accepts a connection right after StartOnline.", connects),
@@ -128,7 +128,7 @@ fn long_read(bench: &mut Bench) -> Found {
 }
 
 fn i2c_line(bench: &Bench) -> Result<Option<Line>, Trouble> {
-    bench.connect(told::Line::I2c)
+    bench.connect(seen::Line::I2c)
 }
 
 fn second_connection(bench: &mut Bench) -> Found {

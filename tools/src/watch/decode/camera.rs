@@ -7,7 +7,7 @@ use ft_transfer_area::CameraFrame;
 
 use super::Reader;
 use crate::camera::PICTURE_MAX;
-use crate::told::{Happened, Side};
+use crate::seen::{Happened, Side};
 use crate::watch::packet::Inbox;
 
 #[derive(Default)]
@@ -23,7 +23,7 @@ impl Reader for CameraReader {
         side: Side,
         at: Instant,
         bytes: &[u8],
-        tell: &mut dyn FnMut(Happened),
+        report: &mut dyn FnMut(Happened),
     ) -> Result<(), String> {
         if side == Side::Program {
             self.acknowledgements.add(bytes);
@@ -46,7 +46,7 @@ impl Reader for CameraReader {
             frame.height = u16::try_from(header.height).unwrap_or_default();
             frame.size_raw = u32::try_from(header.size_raw).unwrap_or_default();
             self.count += 1;
-            tell(Happened::Picture(frame));
+            report(Happened::Picture(frame));
         }
         Ok(())
     }

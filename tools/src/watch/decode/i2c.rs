@@ -6,7 +6,7 @@ use std::time::Instant;
 use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader};
 
 use super::Reader;
-use crate::told::{Happened, I2cExchange, Side};
+use crate::seen::{Happened, I2cExchange, Side};
 use crate::watch::packet::Inbox;
 
 /// No request writes more.
@@ -33,7 +33,7 @@ impl Reader for I2cReader {
         side: Side,
         _: Instant,
         bytes: &[u8],
-        tell: &mut dyn FnMut(Happened),
+        report: &mut dyn FnMut(Happened),
     ) -> Result<(), String> {
         if side == Side::Program {
             self.requests.add(bytes);
@@ -54,7 +54,7 @@ impl Reader for I2cReader {
             let read = is_ok(&packet)?.then(|| packet[I2cResponseHeader::LEN..].to_vec());
             // Programs hold the connection open by requests for nothing.
             if !written.is_empty() || count > 0 {
-                tell(Happened::I2c(I2cExchange { device, written, read }));
+                report(Happened::I2c(I2cExchange { device, written, read }));
             }
         }
         // What is left has no request.
@@ -109,9 +109,9 @@ mod tests {
     #[test]
     fn a_response_has_as_many_bytes_as_it_says() {
         let mut reader = I2cReader::default();
-        let mut told = Vec::new();
+        let mut seen = Vec::new();
         let mut read = |side, bytes: &[u8]| {
-            reader.read(side, Instant::now(), bytes, &mut |happened| told.push(happened)).unwrap();
+            reader.read(side, Instant::now(), bytes, &mut |happened| seen.push(happened)).unwrap();
         };
         for read_len in [2000, 1] {
             let mut request = Vec::new();
@@ -126,7 +126,7 @@ mod tests {
             response.resize(response.len() + usize::from(read_len), 7);
             read(Side::Controller, &response);
         }
-        let counts = told.iter().map(|told| match told {
+        let counts = seen.iter().map(|seen| match seen {
             Happened::I2c(exchange) => exchange.read.as_ref().map(Vec::len),
             other => panic!("{other:?}"),
         });

@@ -14,7 +14,7 @@ use ft_transfer_area::wire::{
 use ft_transfer_area::{Exchange, FirmwareVersion, FishX1Transfer, TransferMode};
 
 use super::Reader;
-use crate::told::{Cycle, Happened, Side, Unknown, NO_ANSWER};
+use crate::seen::{Cycle, Happened, Side, Unknown, NO_ANSWER};
 use crate::watch::packet::{command_size, id, response_size, Inbox};
 
 /// Words per area in a compressed command.
@@ -44,7 +44,7 @@ pub(super) struct MainReader {
 struct Waiting {
     command: CommandId,
     since: Instant,
-    /// It was told that there is no response. One may still come, until the program goes on without it.
+    /// A missing response was reported. One may still come, until the program goes on without it.
     is_told: bool,
     /// The time from the response before.
     answer: Option<std::time::Duration>,
@@ -88,28 +88,28 @@ impl Reader for MainReader {
         side: Side,
         at: Instant,
         bytes: &[u8],
-        tell: &mut dyn FnMut(Happened),
+        report: &mut dyn FnMut(Happened),
     ) -> Result<(), String> {
         match side {
             Side::Program => {
                 self.commands.add(bytes);
-                while let Some(command) = next(&mut self.commands, side, command_size, tell) {
-                    self.command(at, &command, tell);
+                while let Some(command) = next(&mut self.commands, side, command_size, report) {
+                    self.command(at, &command, report);
                 }
             }
             Side::Controller => {
                 self.responses.add(bytes);
-                while let Some(response) = next(&mut self.responses, side, response_size, tell) {
-                    self.response(at, &response, tell);
+                while let Some(response) = next(&mut self.responses, side, response_size, report) {
+                    self.response(at, &response, report);
                 }
             }
         }
         Ok(())
     }
 
-    fn look(&mut self, now: Instant, tell: &mut dyn FnMut(Happened)) {
+    fn look(&mut self, now: Instant, report: &mut dyn FnMut(Happened)) {
         let is_late = |one: &&mut Waiting| now.saturating_duration_since(one.since) >= NO_ANSWER;
-        self.waiting.iter_mut().take_while(is_late).for_each(|one| one.tell(tell));
+        self.waiting.iter_mut().take_while(is_late).for_each(|one| one.report(report));
     }
 
     fn program_gone(&mut self) {
@@ -117,48 +117,48 @@ impl Reader for MainReader {
     }
 
     /// A program that says farewell after this has not ended the transfer.
-    fn controller_ended(&mut self, tell: &mut dyn FnMut(Happened)) {
-        self.end(tell);
+    fn controller_ended(&mut self, report: &mut dyn FnMut(Happened)) {
+        self.end(report);
     }
 
-    fn end(&mut self, tell: &mut dyn FnMut(Happened)) {
+    fn end(&mut self, report: &mut dyn FnMut(Happened)) {
         if self.online.take().is_some() {
-            tell(Happened::Offline { by_program: self.stops && !self.is_gone });
+            report(Happened::Offline { by_program: self.stops && !self.is_gone });
         }
     }
 }
 
-/// The next whole packet. What is none is told and left out.
+/// The next whole packet. What is none is reported and left out.
 fn next(
     inbox: &mut Inbox,
     side: Side,
     size: fn(&[u8]) -> Result<usize, String>,
-    tell: &mut dyn FnMut(Happened),
+    report: &mut dyn FnMut(Happened),
 ) -> Option<Vec<u8>> {
     match inbox.next(size) {
         Ok(packet) => packet,
         Err(_) => {
-            tell_unknown(side, &inbox.take(), tell);
+            report_unknown(side, &inbox.take(), report);
             None
         }
     }
 }
 
-fn tell_unknown(side: Side, bytes: &[u8], tell: &mut dyn FnMut(Happened)) {
+fn report_unknown(side: Side, bytes: &[u8], report: &mut dyn FnMut(Happened)) {
     let unknown = Unknown { side, id: id(bytes).unwrap_or_default(), bytes: bytes.len() };
-    tell(Happened::Unknown(unknown));
+    report(Happened::Unknown(unknown));
 }
 
 impl Waiting {
-    fn tell(&mut self, tell: &mut dyn FnMut(Happened)) {
+    fn report(&mut self, report: &mut dyn FnMut(Happened)) {
         if !std::mem::replace(&mut self.is_told, true) {
-            tell(Happened::NoAnswer { command: self.command, since: self.since });
+            report(Happened::NoAnswer { command: self.command, since: self.since });
         }
     }
 }
 
 impl MainReader {
-    fn command(&mut self, at: Instant, bytes: &[u8], tell: &mut dyn FnMut(Happened)) {
+    fn command(&mut self, at: Instant, bytes: &[u8], report: &mut dyn FnMut(Happened)) {
         // The size is known, so it is one.
         let Some(command) = id(bytes).and_then(CommandId::from_id) else { return };
         // The program goes on without the responses that are missing.
@@ -183,13 +183,13 @@ impl MainReader {
         let sent = match read {
             Ok(is_exchange) => is_exchange.then_some(self.outgoing.areas),
             Err(why) => {
-                self.not_understood(Side::Program, why, tell);
+                self.not_understood(Side::Program, why, report);
                 None
             }
         };
         if !matches!(command, CommandId::ExchangeData | CommandId::ExchangeDataCmpr) {
             self.stops = command == CommandId::StopOnline;
-            tell(Happened::Command(command));
+            report(Happened::Command(command));
         }
         let answer = self.last_response.map(|before| at.saturating_duration_since(before));
         self.waiting.push_back(Waiting { command, since: at, is_told: false, answer, sent });
@@ -199,51 +199,51 @@ impl MainReader {
     fn answered(
         &mut self,
         response: ResponseId,
-        tell: &mut dyn FnMut(Happened),
+        report: &mut dyn FnMut(Happened),
     ) -> Option<Waiting> {
         let fits = |one: &Waiting| one.command.response() == response;
         let place = self.waiting.iter().position(fits)?;
-        self.waiting.drain(..place).for_each(|mut one| one.tell(tell));
+        self.waiting.drain(..place).for_each(|mut one| one.report(report));
         self.waiting.pop_front()
     }
 
-    fn response(&mut self, at: Instant, bytes: &[u8], tell: &mut dyn FnMut(Happened)) {
+    fn response(&mut self, at: Instant, bytes: &[u8], report: &mut dyn FnMut(Happened)) {
         let Some(response) = id(bytes).and_then(ResponseId::from_id) else { return };
-        let Some(waiting) = self.answered(response, tell) else {
-            return tell_unknown(Side::Controller, bytes, tell);
+        let Some(waiting) = self.answered(response, report) else {
+            return report_unknown(Side::Controller, bytes, report);
         };
         let read = match response {
-            ResponseId::QueryStatus => self.status(bytes, tell),
+            ResponseId::QueryStatus => self.status(bytes, report),
             ResponseId::StartOnline => {
                 // The checksum decides how many words a response has: this is only tried first.
                 let firmware = self.firmware.unwrap_or(FirmwareVersion::WITH_MICROPHONE);
                 self.online = Some(Online::new(firmware));
                 self.is_unclear = false;
-                tell(Happened::Online);
+                report(Happened::Online);
                 Ok(())
             }
             ResponseId::StopOnline => {
                 self.stops = true;
-                self.end(tell);
+                self.end(report);
                 Ok(())
             }
             ResponseId::ExchangeData | ResponseId::ExchangeDataCmpr => {
-                self.exchange(at, response, bytes, &waiting, tell)
+                self.exchange(at, response, bytes, &waiting, report)
             }
             ResponseId::UpdateConfig
             | ResponseId::StartCameraOnline
             | ResponseId::StopCameraOnline => Ok(()),
         };
         if let Err(why) = read {
-            self.not_understood(Side::Controller, why, tell);
+            self.not_understood(Side::Controller, why, report);
         }
         self.last_response = Some(at);
     }
 
-    fn status(&mut self, bytes: &[u8], tell: &mut dyn FnMut(Happened)) -> Result<(), String> {
+    fn status(&mut self, bytes: &[u8], report: &mut dyn FnMut(Happened)) -> Result<(), String> {
         let status = QueryStatusResponse::parse(bytes).map_err(|error| error.to_string())?;
         self.firmware = Some(status.version);
-        tell(Happened::Controller { name: status.name(), firmware: status.version });
+        report(Happened::Controller { name: status.name(), firmware: status.version });
         Ok(())
     }
 
@@ -253,22 +253,22 @@ impl MainReader {
         response: ResponseId,
         bytes: &[u8],
         waiting: &Waiting,
-        tell: &mut dyn FnMut(Happened),
+        report: &mut dyn FnMut(Happened),
     ) -> Result<(), String> {
         let Some(sent) = waiting.sent.filter(|_| !self.is_unclear) else { return Ok(()) };
         let online = self.online.as_mut().ok_or("an exchange came before StartOnline")?;
         let mut cycle = online.exchange(at, response, bytes, &sent)?;
         cycle.answer = waiting.answer.filter(|_| cycle.number > 1);
         cycle.config_updates = self.outgoing.config_updates;
-        tell(Happened::Cycle(Box::new(cycle)));
+        report(Happened::Cycle(Box::new(cycle)));
         Ok(())
     }
 
     /// From here on, exchanges can't be understood.
-    fn not_understood(&mut self, side: Side, why: String, tell: &mut dyn FnMut(Happened)) {
+    fn not_understood(&mut self, side: Side, why: String, report: &mut dyn FnMut(Happened)) {
         if !std::mem::replace(&mut self.is_unclear, true) {
-            tell(Happened::NotUnderstood { side, why });
-            self.end(tell);
+            report(Happened::NotUnderstood { side, why });
+            self.end(report);
         }
     }
 }

@@ -15,7 +15,7 @@ use self::camera::CameraReader;
 use self::i2c::I2cReader;
 use self::main_line::MainReader;
 use super::tap::{Piece, What};
-use crate::told::{Happened, Line, Side, Told};
+use crate::seen::{Happened, Line, Seen, Side};
 
 /// A reader of one connection. The error says what can't be understood.
 trait Reader {
@@ -24,7 +24,7 @@ trait Reader {
         side: Side,
         at: Instant,
         bytes: &[u8],
-        tell: &mut dyn FnMut(Happened),
+        report: &mut dyn FnMut(Happened),
     ) -> Result<(), String>;
 
     /// Tells what has not happened until now.
@@ -52,26 +52,26 @@ pub(crate) struct Decoder {
 
 impl Decoder {
     /// Tells what a piece means.
-    pub(super) fn take(&mut self, piece: Piece, tell: &mut dyn FnMut(Told)) {
+    pub(super) fn take(&mut self, piece: Piece, report: &mut dyn FnMut(Seen)) {
         let Piece { line, connection, at, what } = piece;
-        let mut tell_it = |what| tell(Told { at, line, connection, what });
+        let mut tell_it = |what| report(Seen { at, line, connection, what });
         match what {
             What::Opened(from) => {
                 self.readers.insert(connection, (line, Some(reader(line))));
                 tell_it(Happened::Connected(from));
             }
             What::Halted(gone, done) => tell_it(Happened::Halted { gone, error: done.err() }),
-            What::Lost => self.forget(at, tell),
+            What::Lost => self.forget(at, report),
             what => self.of_open(connection, at, what, &mut tell_it),
         }
     }
 
     /// Tells what has not happened until now, such as a response.
-    pub(super) fn look(&mut self, now: Instant, tell: &mut dyn FnMut(Told)) {
+    pub(super) fn look(&mut self, now: Instant, report: &mut dyn FnMut(Seen)) {
         for (connection, (line, reader)) in &mut self.readers {
             let (line, connection) = (*line, *connection);
             if let Some(reader) = reader {
-                reader.look(now, &mut |what| tell(Told { at: now, line, connection, what }));
+                reader.look(now, &mut |what| report(Seen { at: now, line, connection, what }));
             }
         }
     }
@@ -82,16 +82,16 @@ impl Decoder {
         connection: u64,
         at: Instant,
         what: What,
-        tell: &mut dyn FnMut(Happened),
+        report: &mut dyn FnMut(Happened),
     ) {
         let Some((_, reader)) = self.readers.get_mut(&connection) else { return };
         match what {
-            What::Refused(error) => tell(Happened::Refused(error)),
-            What::FromProgram(bytes) => read(reader, Side::Program, at, &bytes, tell),
-            What::FromController(bytes) => read(reader, Side::Controller, at, &bytes, tell),
+            What::Refused(error) => report(Happened::Refused(error)),
+            What::FromProgram(bytes) => read(reader, Side::Program, at, &bytes, report),
+            What::FromController(bytes) => read(reader, Side::Controller, at, &bytes, report),
             What::ControllerEnded => {
                 if let Some(reader) = reader {
-                    reader.controller_ended(tell);
+                    reader.controller_ended(report);
                 }
             }
             What::Gone => {
@@ -99,40 +99,46 @@ impl Decoder {
                     reader.program_gone();
                 }
             }
-            What::Missed => give_up(reader, Happened::Missed, tell),
+            What::Missed => give_up(reader, Happened::Missed, report),
             What::Closed => {
                 if let Some(reader) = reader {
-                    reader.end(tell);
+                    reader.end(report);
                 }
                 self.readers.remove(&connection);
-                tell(Happened::Closed);
+                report(Happened::Closed);
             }
             What::Opened(_) | What::Halted(..) | What::Lost => {}
         }
     }
 
     /// Nothing is known of the connections that there were.
-    fn forget(&mut self, at: Instant, tell: &mut dyn FnMut(Told)) {
+    fn forget(&mut self, at: Instant, report: &mut dyn FnMut(Seen)) {
         for (connection, (line, mut reader)) in std::mem::take(&mut self.readers) {
-            let mut tell = |what| tell(Told { at, line, connection, what });
-            give_up(&mut reader, Happened::Missed, &mut tell);
-            tell(Happened::Closed);
+            let mut report = |what| report(Seen { at, line, connection, what });
+            give_up(&mut reader, Happened::Missed, &mut report);
+            report(Happened::Closed);
         }
     }
 }
 
-fn read(place: &mut Place, side: Side, at: Instant, bytes: &[u8], tell: &mut dyn FnMut(Happened)) {
+fn read(
+    place: &mut Place,
+    side: Side,
+    at: Instant,
+    bytes: &[u8],
+    report: &mut dyn FnMut(Happened),
+) {
     let Some(reader) = place else { return };
-    if let Err(why) = reader.read(side, at, bytes, tell) {
-        give_up(place, Happened::NotUnderstood { side, why }, tell);
+    if let Err(why) = reader.read(side, at, bytes, report) {
+        give_up(place, Happened::NotUnderstood { side, why }, report);
     }
 }
 
-/// Nothing more of this connection is told.
-fn give_up(place: &mut Place, why: Happened, tell: &mut dyn FnMut(Happened)) {
+/// Nothing more of this connection is reported.
+fn give_up(place: &mut Place, why: Happened, report: &mut dyn FnMut(Happened)) {
     let Some(mut reader) = place.take() else { return };
-    tell(why);
-    reader.end(tell);
+    report(why);
+    reader.end(report);
 }
 
 fn reader(line: Line) -> Box<dyn Reader + Send> {
@@ -155,18 +161,18 @@ mod tests {
     use super::*;
 
     /// What one connection tells of these pieces, with the time between them.
-    fn told(pieces: Vec<(u64, What)>) -> Vec<Happened> {
-        let (mut decoder, mut told) = (Decoder::default(), Vec::new());
+    fn seen(pieces: Vec<(u64, What)>) -> Vec<Happened> {
+        let (mut decoder, mut seen) = (Decoder::default(), Vec::new());
         let begin = Instant::now();
         let mut at = begin;
         let opened = (0, What::Opened(SocketAddr::from(([127, 0, 0, 1], 1))));
         for (ms, what) in [opened].into_iter().chain(pieces) {
             at += Duration::from_millis(ms);
-            decoder.look(at, &mut |one| told.push(one.what));
+            decoder.look(at, &mut |one| seen.push(one.what));
             let piece = Piece { line: Line::Main, connection: 1, at, what };
-            decoder.take(piece, &mut |one| told.push(one.what));
+            decoder.take(piece, &mut |one| seen.push(one.what));
         }
-        told.split_off(1)
+        seen.split_off(1)
     }
 
     fn command(command: CommandId) -> What {
@@ -191,19 +197,19 @@ mod tests {
     #[test]
     fn after_a_gap_in_what_was_looked_at_nothing_more_is_told() {
         let query = || command(CommandId::QueryStatus);
-        let told = told(vec![(0, query()), (0, What::Missed), (0, query()), (0, What::Closed)]);
+        let seen = seen(vec![(0, query()), (0, What::Missed), (0, query()), (0, What::Closed)]);
         assert!(
             matches!(
-                &told[..],
+                &seen[..],
                 [Happened::Command(CommandId::QueryStatus), Happened::Missed, Happened::Closed]
             ),
-            "{told:?}"
+            "{seen:?}"
         );
     }
 
     #[test]
     fn a_response_that_is_missing_is_told_and_what_follows_is_understood() {
-        let told = told(vec![
+        let seen = seen(vec![
             (0, command(CommandId::StartOnline)),
             (500, response(ResponseId::StartOnline)),
             (10, command(CommandId::ExchangeData)),
@@ -215,11 +221,11 @@ mod tests {
             (900, command(CommandId::StopOnline)),
             (10, response(ResponseId::StopOnline)),
         ]);
-        let Happened::NoAnswer { command, .. } = told[2] else { panic!("{told:?}") };
+        let Happened::NoAnswer { command, .. } = seen[2] else { panic!("{seen:?}") };
         assert_eq!(command, CommandId::ExchangeData);
         assert!(
             matches!(
-                &told[3..],
+                &seen[3..],
                 [
                     Happened::Cycle(_),
                     Happened::Command(CommandId::StopOnline),
@@ -227,14 +233,14 @@ mod tests {
                     Happened::Offline { by_program: true }
                 ]
             ),
-            "{told:?}"
+            "{seen:?}"
         );
     }
 
     #[test]
     fn commands_of_another_program_are_told_and_those_of_the_kit_understood() {
         let robo_pro = || What::FromProgram(0xACAB_31F7_u32.to_le_bytes().to_vec());
-        let told = told(vec![
+        let seen = seen(vec![
             (0, command(CommandId::StartOnline)),
             (0, response(ResponseId::StartOnline)),
             (0, robo_pro()),
@@ -244,7 +250,7 @@ mod tests {
             // Nobody has asked for it.
             (0, response(ResponseId::ExchangeData)),
         ]);
-        let unknown = told.iter().filter_map(|one| match one {
+        let unknown = seen.iter().filter_map(|one| match one {
             Happened::Unknown(unknown) => Some(unknown.to_string()),
             _ => None,
         });
@@ -254,6 +260,6 @@ mod tests {
             "unknown response 0x4eefac41, 80 bytes",
         ];
         assert_eq!(unknown.collect::<Vec<_>>(), expected);
-        assert!(matches!(told[4], Happened::Cycle(_)), "{told:?}");
+        assert!(matches!(seen[4], Happened::Cycle(_)), "{seen:?}");
     }
 }

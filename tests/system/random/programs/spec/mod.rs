@@ -4,8 +4,8 @@
 mod bounds;
 mod done;
 mod outputs;
+mod reported;
 mod stops;
-mod told;
 mod watchdog;
 
 use std::time::{Duration, Instant};
@@ -34,7 +34,7 @@ pub(crate) fn judge(case: &Case<'_>) -> Vec<String> {
         stops::panics_and_hooks,
         stops::ends,
         watchdog::keeps_its_limit,
-        told::once,
+        reported::once,
         done::really,
         bounds::kept,
     ];

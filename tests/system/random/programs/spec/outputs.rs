@@ -97,7 +97,7 @@ pub(super) fn not_before_interruptions(case: &Case<'_>) -> Vec<String> {
             }
             let knew = case.trace.calls.iter().any(|call| {
                 is_by(call, writer.who)
-                    && call.told()
+                    && call.reported()
                     && call.end > lost
                     && call.start < writer.left
             });

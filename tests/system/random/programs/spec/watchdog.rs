@@ -14,9 +14,12 @@ pub(super) fn keeps_its_limit(case: &Case<'_>) -> Vec<String> {
     };
     let limit = Duration::from_millis(limit);
     let mut breaches = Vec::from_iter(in_time(case, limit));
-    let told =
-        case.trace.events.iter().filter(|told| matches!(told.event, Event::WatchdogExpired { .. }));
-    for expired in told.map(|told| told.arrived) {
+    let reported = case
+        .trace
+        .events
+        .iter()
+        .filter(|reported| matches!(reported.event, Event::WatchdogExpired { .. }));
+    for expired in reported.map(|reported| reported.arrived) {
         breaches.extend(too_early(case, limit, expired));
         breaches.extend(on_again(case, expired));
     }
@@ -46,7 +49,7 @@ fn on_again(case: &Case<'_>, expired: Instant) -> Option<String> {
         matches!(call.result, Err(Error::WatchdogExpired { .. })) && call.end >= expired
     };
     // The end of a transfer tells the program, too.
-    let first = |call: &&Call| (call.told() || knows(call)) && call.end >= expired;
+    let first = |call: &&Call| (call.reported() || knows(call)) && call.end >= expired;
     let known = case.trace.calls.iter().filter(first).map(|call| call.start).min();
     for connection in case.connections() {
         let later = connection.iter().filter(|exchange| exchange.at > expired);

@@ -1,4 +1,4 @@
-//! What handles are told.
+//! What handles learn.
 
 use ft_transfer_area::{Error, Event};
 
@@ -29,20 +29,21 @@ fn count(
     tells: &dyn Fn(&Error) -> bool,
 ) -> Vec<String> {
     let mut breaches = Vec::new();
-    let happened: Vec<_> = case.trace.events.iter().filter(|told| is_it(&told.event)).collect();
+    let happened: Vec<_> =
+        case.trace.events.iter().filter(|reported| is_it(&reported.event)).collect();
     for thread in 0..crate::programs::plan::THREADS_MAX {
         let own = |call: &&Call| call.who == Who::Own(thread);
-        let told: Vec<&Call> = case
+        let reported: Vec<&Call> = case
             .trace
             .calls
             .iter()
             .filter(own)
             .filter(|call| call.result.as_ref().is_err_and(tells))
             .collect();
-        if told.len() > happened.len() {
+        if reported.len() > happened.len() {
             breaches.push(format!(
-                "thread {thread} was told {} times of a(n) {name}, which happened {} times",
-                told.len(),
+                "thread {thread} got {} errors of a(n) {name}, which happened {} times",
+                reported.len(),
                 happened.len(),
             ));
         }

@@ -97,7 +97,7 @@ impl fmt::Display for Gone {
 
 /// What has happened, and when.
 #[derive(Debug)]
-pub(crate) struct Told {
+pub(crate) struct Seen {
     pub(crate) at: Instant,
     pub(crate) line: Line,
     /// The number of the connection: there may be several to one port, and only one of them drives.
@@ -195,7 +195,7 @@ pub(crate) fn halted(gone: Gone, error: Option<&io::Error>) -> String {
     match error {
         None => format!("{gone}: all outputs of the controller were switched off"),
         Some(error) => format!(
-            "{gone}, and the controller can't be told to switch its outputs off ({error:#}): motors may go on"
+            "{gone}, and the controller can't be made to switch its outputs off ({error:#}): motors may go on"
         ),
     }
 }
