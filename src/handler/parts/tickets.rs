@@ -5,6 +5,9 @@ use std::time::Instant;
 use crate::handler::sync::{Thread, ThreadId};
 use crate::transfer_area::FishX1Transfer;
 
+/// So many threads need no more memory.
+const USUAL: usize = 8;
+
 /// Names a ticket. No number comes twice.
 pub(crate) type TicketId = u64;
 
@@ -94,7 +97,8 @@ pub(crate) struct Tickets {
 
 impl Tickets {
     pub(crate) fn new(areas: Vec<FishX1Transfer>) -> Self {
-        Self { areas: Some(areas), list: Vec::new(), newest: 0, hook: None, may_end_early: false }
+        let list = Vec::with_capacity(USUAL);
+        Self { areas: Some(areas), list, newest: 0, hook: None, may_end_early: false }
     }
 
     /// A thread comes, to wait for the next response or for the areas.

@@ -79,6 +79,21 @@ fn another_guardian_takes_the_place_of_one_that_is_killed() {
     let kill = ["-KILL", first.as_deref().unwrap()];
     assert!(std::process::Command::new("kill").args(kill).status().unwrap().success());
     let second = wait_for(&first);
+    // It has to begin before it can ignore signals.
+    let status = format!("/proc/{}/status", second.as_deref().unwrap());
+    let begin = std::time::Instant::now();
+    let ignores_terminate = || {
+        let status = std::fs::read_to_string(&status).unwrap_or_default();
+        let masks = status.lines().filter(|line| {
+            ["SigBlk:", "SigIgn:", "SigCgt:"].iter().any(|mask| line.starts_with(mask))
+        });
+        let bits = masks.filter_map(|line| u64::from_str_radix(line[7..].trim(), 16).ok());
+        bits.fold(0, |all, bits| all | bits) & 1 << 14 != 0
+    };
+    while !ignores_terminate() {
+        assert!(begin.elapsed() < LIMIT, "it ends at a signal");
+        std::thread::yield_now();
+    }
     // As a service manager and the end of a session do with all that is left.
     for signal in ["-TERM", "-HUP", "-INT"] {
         let all = [signal, second.as_deref().unwrap()];
