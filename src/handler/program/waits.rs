@@ -58,12 +58,14 @@ impl TransferAreas {
         let look = self.shared().look(&mut known, deadline);
         self.learn(|learned| *learned = known);
         let mut areas = self.guard(look?.ok_or_else(timed_out)?);
+        // In lock-step each wait asks for a response, also one without time.
+        let mut moves_time = self.shared().is_lock_step();
         while !condition(&areas) {
             let checked = areas.response();
             drop(areas);
-            // Responses may come in faster than they can be checked. In lock-step only a response ends the limit.
-            let clock = self.shared().clock();
-            if !clock.is_lock_step() && deadline.is_some_and(|deadline| deadline <= clock.now()) {
+            // Responses may come in faster than they can be checked.
+            let is_over = deadline.is_some_and(|deadline| deadline <= self.shared().clock().now());
+            if !std::mem::take(&mut moves_time) && is_over {
                 return Err(timed_out());
             }
             let wait = |known: &mut Known| self.shared().wait_cycle(known, checked, deadline);
