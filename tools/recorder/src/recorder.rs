@@ -201,6 +201,7 @@ impl Recorder {
         let worker =
             Worker { source, frames, stopped, state: Arc::clone(&state), flushed: now, told: now };
         let (begin, begun) = bounded(1);
+        let (hand, handed) = bounded(1);
         let (end, ended) = bounded(0);
         let work = {
             let path = path.clone();
@@ -208,10 +209,14 @@ impl Recorder {
                 // Dropped at the end, whatever happens.
                 let _end: Sender<()> = end;
                 block_size_signal();
+                // Both fail when nobody waits for it any more.
                 match Writer::create(&path) {
-                    Ok(writer) if begin.send(Ok(())).is_ok() => worker.run(writer),
-                    // Nobody waits for it any more.
-                    Ok(_) => {}
+                    Ok(writer) => {
+                        let _ = begin.send(Ok(()));
+                        if let Ok(worker) = handed.recv() {
+                            Worker::run(worker, writer);
+                        }
+                    }
                     Err(error) => drop(begin.send(Err(error))),
                 }
             }
@@ -221,7 +226,8 @@ impl Recorder {
             .spawn(work)
             .map_err(not_started)?;
         let cause = match begun.recv_timeout(limit) {
-            Ok(Ok(())) => None,
+            // A file that takes nothing keeps its thread, but not what is to be recorded.
+            Ok(Ok(())) => hand.send(worker).is_err().then(panicked),
             Ok(Err(error)) => Some(cause(error)),
             Err(RecvTimeoutError::Timeout) => Some(stands_still("beginning", limit)),
             Err(RecvTimeoutError::Disconnected) => Some(panicked()),
@@ -531,8 +537,10 @@ mod tests {
         // Without a reader it can't even be opened.
         nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
         let (_feed, entries, lost) = Feed::channel(1);
-        let source = Source::Feed { entries, lost };
+        let source = Source::Feed { entries, lost: Arc::clone(&lost) };
         let error = Recorder::record(pipe, source, Duration::from_millis(20)).unwrap_err();
+        // Its thread waits on, without what comes in: the feed and this test have the rest.
+        assert_eq!(Arc::strong_count(&lost), 2);
         assert!(format!("{error:#}").contains("has not taken the beginning"), "{error}");
     }
 }
