@@ -35,6 +35,8 @@ const END_LIMIT: Duration = Duration::from_secs(3);
 pub(crate) struct Program {
     child: Child,
     keeper: Child,
+    /// It was seen that the keeper is gone.
+    is_alone: bool,
     /// Whether it has a process group of its own, with most that it starts. Otherwise it is in ours, because only the
     /// group in front may read the terminal and gets its Ctrl-C.
     has_group: bool,
@@ -68,7 +70,7 @@ impl Program {
             .spawn()
             .with_context(|| format!("can't start the program {}", name.to_string_lossy()))?;
         // After an error it is ended, too.
-        let mut program = Self { child, keeper, has_group };
+        let mut program = Self { child, keeper, is_alone: false, has_group };
         let sign = if has_group { "-" } else { "" };
         let what = format!("{sign}{}", program.child.id());
         program.write_to_keeper(&what).context("the process that ends the program is gone")?;
@@ -83,6 +85,10 @@ impl Program {
 
     /// How it has ended; `None` while it runs.
     pub(crate) fn ended(&mut self) -> io::Result<Option<ExitStatus>> {
+        if !self.is_alone && !matches!(self.keeper.try_wait(), Ok(None)) {
+            self.is_alone = true;
+            log::warn!("the process that ends the program when this one is killed has ended: the program goes on then");
+        }
         self.child.try_wait()
     }
 

@@ -76,6 +76,23 @@ fn nothing_of_it_is_left_when_its_keeper_was_killed() {
     assert!(running.leaves_nothing());
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_keeper_that_was_killed_is_told() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    // The keeper has its number until it is noticed that it has ended.
+    let script =
+        "echo $TXT_KEEPER; for _ in $(seq 200); do kill -0 $TXT_KEEPER || exit 7; sleep 0.05; done";
+    for mut command in commands(&txt, script) {
+        let running = Running::start(command.stderr(Stdio::piped()));
+        let is_number = |line: &String| line.parse::<u32>().is_ok();
+        let keeper = std::iter::repeat_with(|| running.line()).find(is_number).unwrap();
+        assert!(Command::new("kill").args(["-KILL", &keeper]).status().unwrap().success());
+        let errors = String::from_utf8(running.end().stderr).unwrap();
+        assert!(errors.contains("the program goes on then"), "{errors}");
+    }
+}
+
 #[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
 #[test]
 fn it_may_end_by_itself_at_ctrl_c() {

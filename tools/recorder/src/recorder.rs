@@ -207,6 +207,7 @@ impl Recorder {
             reported: now,
         };
         let (begin, begun) = bounded(1);
+        let (hand, handed) = bounded(1);
         let (end, ended) = bounded(0);
         let work = {
             let path = path.clone();
@@ -214,10 +215,14 @@ impl Recorder {
                 // Dropped at the end, whatever happens.
                 let _end: Sender<()> = end;
                 block_size_signal();
+                // Both fail when nobody waits for it any more.
                 match Writer::create(&path) {
-                    Ok(writer) if begin.send(Ok(())).is_ok() => worker.run(writer),
-                    // Nobody waits for it any more.
-                    Ok(_) => {}
+                    Ok(writer) => {
+                        let _ = begin.send(Ok(()));
+                        if let Ok(worker) = handed.recv() {
+                            Worker::run(worker, writer);
+                        }
+                    }
                     Err(error) => drop(begin.send(Err(error))),
                 }
             }
@@ -227,7 +232,8 @@ impl Recorder {
             .spawn(work)
             .map_err(not_started)?;
         let cause = match begun.recv_timeout(limit) {
-            Ok(Ok(())) => None,
+            // A file that takes nothing keeps its thread, but not what is to be recorded.
+            Ok(Ok(())) => hand.send(worker).is_err().then(panicked),
             Ok(Err(error)) => Some(cause(error)),
             Err(RecvTimeoutError::Timeout) => Some(stands_still("beginning", limit)),
             Err(RecvTimeoutError::Disconnected) => Some(panicked()),
@@ -537,8 +543,10 @@ mod tests {
         // Without a reader it can't even be opened.
         nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
         let (_feed, entries, lost) = Feed::channel(1);
-        let source = Source::Feed { entries, lost };
+        let source = Source::Feed { entries, lost: Arc::clone(&lost) };
         let error = Recorder::record(pipe, source, Duration::from_millis(20)).unwrap_err();
+        // Its thread waits on, without what comes in: the feed and this test have the rest.
+        assert_eq!(Arc::strong_count(&lost), 2);
         assert!(format!("{error:#}").contains("has not taken the beginning"), "{error}");
     }
 }

@@ -30,6 +30,8 @@ pub(super) struct Driven {
     responses: Responses,
     /// A program is online, or has exchanged without being so.
     drives: bool,
+    /// It has said farewell after that, and the controller has not answered yet.
+    leaves: bool,
     /// The extensions of all compressed exchanges; `None` before the first.
     extensions: Option<u16>,
     /// The controller has said something. It serves one program, and says nothing to others.
@@ -62,6 +64,7 @@ impl Driven {
             commands: Packets::default(),
             responses: Responses::default(),
             drives: false,
+            leaves: false,
             extensions: None,
             is_served: false,
             heard: Instant::now(),
@@ -71,12 +74,16 @@ impl Driven {
     /// Takes in what the program has sent.
     pub(super) fn sent(&mut self, at: Instant, bytes: &[u8]) {
         self.heard = at;
-        let Self { commands, responses, drives, extensions, .. } = self;
+        let Self { commands, responses, drives, leaves, extensions, .. } = self;
         commands.take(bytes, command_size, |head| {
             responses.expect(head);
             match id(head).and_then(CommandId::from_id) {
-                Some(CommandId::StartOnline) => (*drives, *extensions) = (true, None),
-                Some(CommandId::StopOnline) => *drives = false,
+                Some(CommandId::StartOnline) => {
+                    (*drives, *leaves, *extensions) = (true, false, None);
+                }
+                Some(CommandId::StopOnline) => {
+                    *leaves |= std::mem::take(drives);
+                }
                 Some(CommandId::ExchangeData) => *drives = true,
                 Some(CommandId::ExchangeDataCmpr) => {
                     *drives = true;
@@ -93,6 +100,7 @@ impl Driven {
         self.heard = at;
         self.is_served = true;
         self.responses.take(bytes);
+        self.leaves &= self.responses.awaits(CommandId::StopOnline);
     }
 
     /// Whether the controller has said anything to this program.
@@ -103,6 +111,11 @@ impl Driven {
     /// Whether outputs may be on for which only the program knows.
     pub(super) fn drives(&self) -> bool {
         self.drives
+    }
+
+    /// Whether that is so when the controller says nothing more: a farewell without an answer may not have reached it.
+    pub(super) fn has_left_on(&self) -> bool {
+        self.drives || self.leaves
     }
 
     /// When the program will have been silent for too long. A program that waits for a response is not silent, while
@@ -166,6 +179,11 @@ impl Responses {
             let place = missing.iter().position(|one| Some(one.response()) == response);
             place.into_iter().for_each(|place| drop(missing.drain(..=place)));
         });
+    }
+
+    /// Whether such a command has no response yet.
+    fn awaits(&self, command: CommandId) -> bool {
+        self.missing.contains(&command)
     }
 
     /// Whether each command has its response.
@@ -268,6 +286,21 @@ mod tests {
                 assert_eq!((driven.drives(), driven.is_between_commands()), (drives, true));
             });
         }
+    }
+
+    #[test]
+    fn a_farewell_counts_with_its_answer() {
+        let (at, stop) = (Instant::now(), packet(CommandId::StopOnline));
+        let mut driven = Driven::new();
+        driven.sent(at, &stop);
+        assert!(!driven.has_left_on(), "it has driven nothing");
+        driven.received(at, &ResponseId::StopOnline.id().to_le_bytes());
+        driven.sent(at, &packet(CommandId::StartOnline));
+        driven.sent(at, &stop);
+        driven.received(at, &ResponseId::StartOnline.id().to_le_bytes());
+        assert_eq!((driven.drives(), driven.has_left_on()), (false, true));
+        driven.received(at, &ResponseId::StopOnline.id().to_le_bytes());
+        assert!(!driven.has_left_on());
     }
 
     #[test]

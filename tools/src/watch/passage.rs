@@ -74,6 +74,8 @@ pub(super) struct Passage {
     down: Flow,
     /// What the program does, if the controller is to be stopped after it.
     driven: Option<Driven>,
+    /// The controller has broken the connection.
+    controller_broke: bool,
     telling: Telling,
 }
 
@@ -103,6 +105,7 @@ impl Passage {
             up: Flow::default(),
             down: Flow::default(),
             driven: None,
+            controller_broke: false,
             telling: Telling::default(),
         })
     }
@@ -175,9 +178,10 @@ impl Passage {
             // The program's end was held back for nothing.
             Ok(false) if !(self.up.ended && !self.up.told_end && self.drives()) => Then::Waits,
             Ok(_) => Then::More,
-            Err(Broken { error, .. }) => {
+            Err(Broken { side, error }) => {
                 log::debug!("connection {} is reset: {error}", self.number);
                 (self.up.broken, self.down.broken) = (true, true);
+                self.controller_broke = side == Side::Controller;
                 // What one side said before it reset the connection still arrives.
                 let _ = self.pass_up(may_send, chunk, tap);
                 let _ = self.pass_down(chunk, tap);
@@ -246,7 +250,9 @@ impl Passage {
 
     /// Stops the controller that has ended the connection, if no program comes back.
     pub(super) fn halt_later(self) -> Option<Halt> {
-        let driven = self.driven.filter(Driven::drives)?;
+        let has_ended = self.down.ended || self.controller_broke;
+        let is_left_on = |one: &Driven| one.drives() || (has_ended && one.has_left_on());
+        let driven = self.driven.filter(is_left_on)?;
         Some(Halt::later(self.number, driven))
     }
 

@@ -184,7 +184,6 @@ impl Worker {
 
     /// Stops what a program still drives, and closes everything.
     fn leave(&mut self, events: &mut Events) -> io::Result<()> {
-        self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::go_on_at_once);
         let numbers: Vec<_> = self.passages.keys().copied().collect();
         let (mut driving, others): (Vec<_>, Vec<_>) =
             numbers.into_iter().partition(|number| self.passages[number].drives());
@@ -193,6 +192,7 @@ impl Worker {
         driving.into_iter().for_each(|number| self.halt(number, Gone::Watch));
         // StopOnline takes a second while a connection to I2C is open.
         others.into_iter().for_each(|number| self.close(number));
+        self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::go_on_at_once);
         self.held.clear();
         loop {
             self.go_on_to_halt();

@@ -5,6 +5,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::time::Duration;
 
+use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::wire::{
     CommandId, ExchangeData, ExchangeDataResponse, ResponseId, StartOnline,
 };
@@ -268,6 +269,22 @@ fn a_controller_that_ends_the_connection_is_stopped_if_no_program_comes_back() {
     controller.stream = accept(&controller.listener);
     controller.is_stopped();
     assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
+}
+
+/// The library sends its last exchange and StopOnline into the closed connection.
+#[test]
+fn a_farewell_that_the_controller_does_not_answer_is_none() {
+    let close = Fault::at_exchange(5, FaultKind::Close { after: 0 });
+    let (txt, duties) = logged(SimulatedTxt::builder().fault(close));
+    let watch = Watch::with_lines(txt.address());
+    let handler = watch.handler().build().unwrap();
+    handler.begin_transfer().unwrap();
+    while let Ok(mut areas) = handler.areas().wait_cycle() {
+        areas[LOCAL_IO].output.duty[0] = 512;
+    }
+    assert_eq!(last(&duties), [M1]);
+    assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
+    assert_eq!(last(&duties), [[0; 8]]);
 }
 
 /// The connection that drove was closed with a motor on; the stop passes on another one.
