@@ -61,6 +61,7 @@ fn whatever_signal_ends_a_program_its_motors_stop_first() {
 fn a_program_without_memory_stops_its_motors() {
     let txt = simulated().start().unwrap();
     let Some(mut running) = started(&txt, "memory") else { return };
+    set_input(&txt, 0, 1);
     running.expect("none left");
     running.signal(libc::SIGTERM);
     let ended = running.end();

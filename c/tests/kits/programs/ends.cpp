@@ -179,8 +179,14 @@ int main(int, char **words)
         say("cancelled");
     }
     if (is("memory")) {
+        while (!is_pressed()) {
+            Sleep(2);
+        }
         take_all_memory();
         say("none left");
+        for (;;) {
+            pause();
+        }
     }
     if (strstr(how, "in a callback")) {
         StartCounterReset(device, TA_LOCAL, 0);
