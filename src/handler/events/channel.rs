@@ -58,15 +58,13 @@ pub struct Events {
 /// How often a listener in lock-step checks whether a transfer has begun.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// What moves the time.
+/// How a wait in lock-step has ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Step {
-    /// In lock-step: a response or an error has come.
+    /// A response or an error has come.
     Done,
-    /// In lock-step: nothing, because there is no transfer.
+    /// Nothing has come, because there is no transfer.
     NoTransfer,
-    /// The system clock, without lock-step.
-    ByClock,
 }
 
 /// What a subscription needs from its transfer.
@@ -74,8 +72,8 @@ pub(crate) trait Source: Send + Sync {
     /// The thread that owns the subscription panics.
     fn panicked(&self);
 
-    /// What has happened so far; only for [`step`](Self::step).
-    fn seen(&self) -> Known;
+    /// In lock-step: what has happened so far, for [`step`](Self::step). `None` without lock-step.
+    fn seen(&self) -> Option<Known>;
 
     /// In lock-step, where time moves only while a thread waits: waits until more has happened than was `seen`.
     fn step(&self, seen: Known) -> Step;
@@ -114,9 +112,8 @@ impl Events {
     ///
     /// When the handler was dropped and all events have been received.
     pub fn recv(&self) -> Result<TimedEvent, RecvError> {
-        loop {
-            // Before the channel is looked into, so that nothing comes unnoticed between both.
-            let seen = self.source.seen();
+        // Before the channel is looked into, so that nothing comes unnoticed between both.
+        while let Some(seen) = self.source.seen() {
             match self.receiver.try_recv() {
                 Ok(event) => return Ok(event),
                 Err(TryRecvError::Disconnected) => return Err(RecvError),
@@ -124,7 +121,6 @@ impl Events {
             }
             match self.source.step(seen) {
                 Step::Done => {}
-                Step::ByClock => return self.receiver.recv(),
                 Step::NoTransfer => match self.receiver.recv_timeout(LOOK) {
                     Ok(event) => return Ok(event),
                     Err(RecvTimeoutError::Disconnected) => return Err(RecvError),
@@ -132,6 +128,7 @@ impl Events {
                 },
             }
         }
+        self.receiver.recv()
     }
 
     /// The next event, if there is one already. Does not block.
@@ -150,8 +147,7 @@ impl Events {
     /// When no event came in time, or the handler was dropped and all events have been received.
     pub fn recv_timeout(&self, limit: Duration) -> Result<TimedEvent, RecvTimeoutError> {
         let (begin, real) = (self.source.now(), Instant::now());
-        loop {
-            let seen = self.source.seen();
+        while let Some(seen) = self.source.seen() {
             match self.receiver.try_recv() {
                 Ok(event) => return Ok(event),
                 Err(TryRecvError::Disconnected) => return Err(RecvTimeoutError::Disconnected),
@@ -159,7 +155,6 @@ impl Events {
             }
             match self.source.step(seen) {
                 Step::Done => {}
-                Step::ByClock => return self.receiver.recv_timeout(within_clock(limit)),
                 Step::NoTransfer => match self.receiver.recv_timeout(LOOK.min(limit)) {
                     Err(RecvTimeoutError::Timeout) if real.elapsed() < limit => {}
                     received => return received,
@@ -169,6 +164,7 @@ impl Events {
                 return Err(RecvTimeoutError::Timeout);
             }
         }
+        self.receiver.recv_timeout(within_clock(limit))
     }
 
     /// How many events were dropped because the channel was full.

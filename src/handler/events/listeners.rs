@@ -186,12 +186,12 @@ mod tests {
     impl Source for Nothing {
         fn panicked(&self) {}
 
-        fn seen(&self) -> Known {
-            Known::default()
+        fn seen(&self) -> Option<Known> {
+            None
         }
 
         fn step(&self, _seen: Known) -> Step {
-            Step::ByClock
+            Step::NoTransfer
         }
 
         fn now(&self) -> Instant {

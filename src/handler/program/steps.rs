@@ -317,14 +317,11 @@ impl Source for Arc<Shared> {
         self.ask_to_stop(Stop::ProgramPanicked);
     }
 
-    fn seen(&self) -> Known {
-        self.state().known_now()
+    fn seen(&self) -> Option<Known> {
+        self.is_lock_step().then(|| self.state().known_now())
     }
 
     fn step(&self, mut seen: Known) -> Step {
-        if !self.is_lock_step() {
-            return Step::ByClock;
-        }
         let mut state = self.state_to_wait();
         if !state.transfer.is_running() {
             return Step::NoTransfer;
