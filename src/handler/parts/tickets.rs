@@ -158,11 +158,7 @@ impl Tickets {
 
     /// Gives the areas to the thread that is [first](Self::first).
     pub(crate) fn take(&mut self, id: TicketId, hold: Hold) -> Option<Vec<FishX1Transfer>> {
-        let answers = hold.answers.is_some();
-        let ticket = self.ticket(id)?;
-        ticket.stage = Stage::Holds(hold);
-        let is_thread = ticket.owner == Owner::Thread;
-        self.may_end_early |= answers && is_thread;
+        self.ticket(id)?.stage = Stage::Holds(hold);
         self.areas.take()
     }
 
@@ -238,8 +234,8 @@ impl Tickets {
             match &mut ticket.stage {
                 Stage::Wants { purpose: Purpose::Lock, .. } | Stage::Holds(_) | Stage::Away => {}
                 stage @ (Stage::Waiting | Stage::Interrupted | Stage::Wants { .. }) => {
-                    let is_told = goes_on || is_thread;
-                    *stage = if is_told { Stage::Interrupted } else { Stage::Waiting };
+                    let learns = goes_on || is_thread;
+                    *stage = if learns { Stage::Interrupted } else { Stage::Waiting };
                     wake(ticket.id);
                 }
             }
