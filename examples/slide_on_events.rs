@@ -48,10 +48,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // The count of C3, and since when.
     let (mut count, mut since) = (0, Instant::now());
-    // Sometimes nothing happens for a long time, so this tells the watchdog that the program is alive.
+    // Sometimes nothing happens for a long time, so this shows the watchdog that the program is alive.
     // It fails when the transfer has ended.
     while areas.feed_watchdog().is_ok() {
-        match events.recv_timeout(Duration::from_millis(100)).map(|told| told.event) {
+        match events.recv_timeout(Duration::from_millis(100)).map(|timed| timed.event) {
             Ok(Event::InputChanged { input: I4, pressed: true, .. }) => {
                 println!("I4, the start, after {} pulses.", pulses(areas));
                 drive(areas, Direction::Cw)?;

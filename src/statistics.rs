@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 /// Two figures say whether the program keeps up. [`missed_responses`](Self::missed_responses) counts
 /// responses, and is the one for a program that polls. [`late_reactions`](Self::late_reactions) counts
 /// guards, and is the one for threads that wait, as the cycle hook does.
-/// [`TransferAreaGuard::cycle`](crate::TransferAreaGuard::cycle) shows which responses a thread has missed itself. After the end of a transfer is asked for,
-/// nothing is counted any more.
+/// [`TransferAreaGuard::cycle`](crate::TransferAreaGuard::cycle) shows which responses a thread has missed itself.
+/// From the moment at which a transfer is asked to end, nothing is counted any more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Statistics {
@@ -22,7 +22,7 @@ pub struct Statistics {
     /// were the first to show a response to their handle and changed outputs. Each counts once.
     pub late_reactions: u64,
     /// Responses that no guard has answered in time: none that showed the response was dropped before the
-    /// outputs for the next request were taken. A program that polls learns here how often it came too late,
+    /// outputs for the next request were taken. For a program that polls: how often it was too late,
     /// whether it changed outputs or not.
     pub missed_responses: u64,
     /// How often the connection was lost in a transfer that

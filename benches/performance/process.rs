@@ -45,7 +45,7 @@ impl Usage {
     }
 }
 
-/// What a process of this machine takes, as Linux tells it.
+/// What a process of this machine takes, as Linux reports it.
 pub(crate) struct Process {
     /// Processor time in s, in steps of 10 ms.
     pub(crate) processor: f64,

@@ -1,4 +1,4 @@
-//! The codes by which the C libraries tell what went wrong.
+//! The error codes of the C libraries.
 
 use ft_transfer_area::tx::InvalidCall;
 use ft_transfer_area::Error;

@@ -95,7 +95,7 @@ impl ContinuedId {
         id.wrapping_sub(self.first).wrapping_add(self.base)
     }
 
-    /// The program's view of an id that came back, and whether it is the one that it is waiting for: not
+    /// The program's view of an id that is reported as done, and whether it is the one that it is waiting for: not
     /// when it has given a newer one since.
     fn receive(&mut self, echo: u16, newest: u16) -> (u16, bool) {
         let id = echo.wrapping_sub(self.base).wrapping_add(self.first);
@@ -162,7 +162,7 @@ impl<A: Area> Mirror<A> {
         }
     }
 
-    /// Writes the inputs of a response into the program's areas, and tells what has happened.
+    /// Writes the inputs of a response into the program's areas, and reports what has happened.
     pub(crate) fn take_in(
         &mut self,
         areas: &[FishX1Transfer],

@@ -128,7 +128,7 @@ impl<A: Area> ProgramSession<A> {
         &self.shared.array
     }
 
-    /// Tells this of what happens from now on; nobody with `None`.
+    /// Sets what is notified of events from now on; nothing with `None`.
     pub(crate) fn set_listener(&self, listener: Option<Listener>) {
         *self.shared.listener.lock() = listener;
     }

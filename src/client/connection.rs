@@ -79,7 +79,7 @@ impl Connection {
     /// Reads the whole response to a request into `buffer`. The buffer is longer than any response, to detect
     /// one with too many bytes. Returns the response's size.
     ///
-    /// `size` gets the bytes that have come in. It returns the response's size once it can tell, or an
+    /// `size` gets the bytes that have come in. It returns the response's size once it is known, or an
     /// error when the bytes are wrong.
     pub(super) fn read_response(
         &mut self,

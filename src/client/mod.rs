@@ -97,7 +97,7 @@ pub struct TxtClient {
     connection: Option<Connection>,
     /// How I2C requests reach the controller while it is in online mode.
     i2c: I2cAccess,
-    /// When to look again whether the I2C connection needs a request.
+    /// When to check next whether the I2C connection needs a request.
     i2c_look: Instant,
     /// `None` when online mode has not begun, or has ended.
     online: Option<I2cSession>,

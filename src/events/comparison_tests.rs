@@ -156,7 +156,7 @@ fn counters_are_reported_without_a_sign() {
 }
 
 #[test]
-fn a_reset_is_reported_when_the_id_that_was_sent_comes_back() {
+fn a_reset_is_an_event_when_the_id_that_was_sent_is_reported_as_done() {
     let response = |id| Response { counter_reset_id: [0, id, 0, 0], ..Response::default() };
     let mut pair = Pair::new(inputs(response(3), &[]), inputs(response(4), &[]));
     assert_eq!(pair.events(), [], "another command was sent");

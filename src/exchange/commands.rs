@@ -1,9 +1,9 @@
-//! Commands as the firmware tells them apart, so that what is not done never reads as done.
+//! Commands with ids that the firmware can distinguish, so that none is reported as done before it is.
 //!
 //! Measured on the maker's firmware 4.7.0 under emulation:
 //!
 //! - Three bits count the commands of a motor or counter on their way to the I/O board. The eighth command after the
-//!   last one that is done looks like that one, and reads as done at once. Before it goes out, its outputs are sent
+//!   last one that is done looks like that one, and is reported as done at once. Before it goes out, its outputs are sent
 //!   once with another id, so that it is the ninth.
 //! - Sounds play on after StopOnline, unless silence ends them.
 
@@ -11,7 +11,7 @@ use super::inputs::AreaReport;
 use crate::transfer_area::{IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
 use crate::wire::ExchangeData;
 
-/// How many commands the firmware tells apart.
+/// How many commands the firmware can distinguish.
 const COUNT: usize = 8;
 
 /// The commands of all areas since StartOnline.
@@ -201,7 +201,7 @@ mod tests {
         let mut commands = Commands::default();
         assert_eq!(sent(1..=7, &mut commands, 0), [1, 2, 3, 4, 5, 6, 7]);
         assert_eq!(sent([8, 8, 8], &mut commands, 0x8008), [0x8008, 8, 8]);
-        // The seven after it can be report apart.
+        // The firmware can distinguish the seven after it.
         assert_eq!(sent(9..=14, &mut commands, 0x8008), [9, 10, 11, 12, 13, 14]);
         assert_eq!(sent([15, 15], &mut commands, 0x8008), [0x800F, 15]);
     }
@@ -224,7 +224,7 @@ mod tests {
         assert_eq!(sent([7, 7], &mut commands, 0), [0x4007, 7]);
     }
 
-    /// What is sent for a sound, and what the program learns when the controller reports the id `done`.
+    /// What is sent for a sound, and which id the program gets when the controller reports the id `done`.
     fn sound(commands: &mut Commands, id: u16, index: u16, done: u16) -> ((u16, u16), u16) {
         let mut outputs = ExchangeData {
             sound_command_id: id,

@@ -222,7 +222,7 @@ fn ir_input(remote: IrRemote) -> IrInput {
 mod tests {
     use super::*;
 
-    /// Applies a response in which the first counter reset and motor command come back as done.
+    /// Applies a response that reports the first counter reset and motor command as done.
     fn apply(area: &mut FishX1Transfer, counter_reset_id: u16, motor_command_id: u16) {
         let mut inputs = Inputs::default();
         inputs.take_simple(ExchangeDataResponse {

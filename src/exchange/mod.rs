@@ -136,8 +136,8 @@ impl Exchange {
     /// Replaces the content of `out` by the request with the areas' outputs.
     ///
     /// In the compressed mode it includes the extensions that took part in the last response, if there
-    /// are areas for them. Eight commands of a motor or counter of which none is done are one too many for the
-    /// firmware to tell apart, so the eighth goes out with another id first and with its own in the next request.
+    /// are areas for them. The firmware can distinguish only seven commands of a motor or
+    /// counter that are not done, so an eighth goes out with another id first, and with its own in the next request.
     /// A duty outside 0..=512 goes out as 0 or 512, with a warning in the log if it was in range before.
     ///
     /// # Errors

@@ -97,7 +97,7 @@ impl FishX1Transfer {
     /// `sound` is a [`Sound`], or the number of a file as any integer: 1 to 29 as delivered, and up to
     /// 99 for files that somebody has put onto the controller. [`SILENCE`] stops the sound that is
     /// playing. [`is_sound_ready`](Self::is_sound_ready) is `true` when the sound is done. A sound that begins while
-    /// another one plays reads as done at once, and one without a file never does.
+    /// another one plays is reported as done at once, and one without a file never.
     ///
     /// ```
     /// use ft_transfer_area::tx::{Sound, SILENCE};

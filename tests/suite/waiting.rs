@@ -290,7 +290,7 @@ fn a_wait_ends_with_a_sound() {
     drop(handler.areas().wait_sound(LOCAL_IO, DEADLINE).unwrap());
     // Repeat 0 plays it once.
     assert!(txt.with_machine(|machine| machine.exchanges()) >= 300);
-    // Silence has nothing to end, so its id never comes back; nobody waits for that.
+    // Silence has nothing to end, so its id is never reported as done; nobody waits for that.
     handler.areas().lock()[LOCAL_IO].set_sound(SILENCE, 1).unwrap();
     drop(handler.areas().wait_sound(LOCAL_IO, DEADLINE).unwrap());
 }

@@ -79,7 +79,7 @@ fn measure(broker: &support::Broker, processes: usize) -> Vec<Duration> {
             support::Bridge::start(broker.port, hosts.iter().map(|host| &**host).chain(names))
         })
         .collect();
-    // Each bridge tells all its values at the beginning, and this one last.
+    // Each bridge publishes all its values at the beginning, and this one last.
     let mut ready = [false; CONTROLLERS];
     while ready.contains(&false) {
         let first = arrivals.recv_timeout(support::LONGEST_WAIT).expect("all come online");

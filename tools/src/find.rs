@@ -109,7 +109,7 @@ fn is_same(one: &str, other: &str) -> bool {
 
 struct Found {
     controller: FoundController,
-    /// `None` when nobody knows.
+    /// `None` when it is not known.
     camera: Option<bool>,
 }
 

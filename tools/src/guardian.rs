@@ -35,7 +35,7 @@ impl Guardian {
     /// The outputs are off: it has nothing more to do.
     pub(crate) fn dismiss(self) {
         if let Some(mut input) = lock(&self.0).take() {
-            // One that is gone needs no farewell.
+            // One that is gone needs no message.
             let _ = input.write_all(b".");
         }
     }

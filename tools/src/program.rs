@@ -135,7 +135,7 @@ fn keeper() -> io::Result<Child> {
 /// What a keeper does: it reads what to end, waits for the end of its input, and ends it.
 pub(crate) fn keep() -> anyhow::Result<()> {
     let what = io::stdin().lines().map_while(Result::ok).last();
-    // Without a line, this process was killed before it could tell: the program may run.
+    // Without a line, the process that started this one was killed before it could write it: the program may run.
     let what = what.filter(|what| what != GONE).map(|what| what.parse()).transpose()?;
     system::end(what);
     Ok(())
@@ -207,7 +207,7 @@ mod system {
         ids.filter(has_mark).map(Pid::from_raw).collect()
     }
 
-    /// Elsewhere nothing tells them.
+    /// Other systems do not show which processes these are.
     #[cfg(not(target_os = "linux"))]
     fn marked() -> Vec<Pid> {
         Vec::new()
@@ -228,7 +228,7 @@ mod system {
         let Some(what) = what else { return };
         let mut command = Command::new("taskkill");
         command.args(["/T", "/F", "/PID", &what.to_string()]).stdin(Stdio::null());
-        // Nobody hears of an error.
+        // Nobody could read about an error.
         let _ = command.status();
     }
 }

@@ -178,7 +178,7 @@ fn cycles_that_one_has_lost_are_left_out() {
     for number in 0..3_000 {
         handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[2] = number % 512;
     }
-    // A cycle tells what is lost before it, so the last ones must not be.
+    // A cycle has the number of those lost before it, so the last ones must not be lost.
     let begin = Instant::now();
     loop {
         handler.areas().wait_cycle().map(drop).unwrap();

@@ -107,7 +107,7 @@ fn hosts_that_are_no_controller_are_not_in_the_list() {
     assert!(output.status.success());
     let (table, said) = (text(&output.stdout), text(&output.stderr));
     assert_eq!(columns(table, &address)[2], "one");
-    // Nothing tells a silent host from a controller that serves somebody else.
+    // A silent host looks like a controller that serves somebody else.
     assert!(columns(table, &silence)[5].starts_with("perhaps: it accepted"), "{table}");
     assert_eq!(table.lines().count(), 3, "{table}");
     for (address, outcome) in [

@@ -53,7 +53,7 @@ pub(crate) fn packet(format: Format) -> Result<Vec<u8>> {
     Ok(packet)
 }
 
-/// Serves one client in this thread, and tells when it is about to send the last byte of each frame.
+/// Serves one client in this thread, and reports when it is about to send the last byte of each frame.
 pub(crate) fn serve_and_tell(
     listener: &TcpListener,
     packet: &[u8],

@@ -159,7 +159,7 @@ pub(crate) fn measure_latency(report: &Report, controller: &Controller) -> Resul
     report.table("camera_latency", &table)
 }
 
-/// Times in µs from the last byte of each frame until the two moments that the client tells, with the number
+/// Times in µs from the last byte of each frame until the two moments that the client reports, with the number
 /// of the frame.
 fn latency<F: FnMut() -> Result<(u64, [Instant; 2])>>(
     packet: &[u8],

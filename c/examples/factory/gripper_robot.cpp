@@ -1,6 +1,6 @@
 // Carries workpieces through the factory: from the delivery into the warehouse, from there to the oven, and from the
-// sorting line to the pickup. It tells the warehouse over MQTT which container it wants, and waits for what the other
-// stations tell.
+// sorting line to the pickup. It publishes over MQTT which container it wants from the warehouse, and waits for
+// messages of the other stations.
 #include "station.h"
 
 unsigned int DebugFlags;

@@ -1,5 +1,5 @@
 // Burns and saws a workpiece: an oven with a feeder, a vacuum gripper on a slide, a turntable, and a belt that carries
-// it away. It begins when a workpiece lies on the feeder, and tells each step over MQTT.
+// it away. It begins when a workpiece lies on the feeder, and publishes each step over MQTT.
 #include "station.h"
 
 unsigned int DebugFlags;

@@ -1,5 +1,5 @@
 // Sorts discs by their colour: a belt carries each one past a colour sensor and three valves that blow it into its
-// storage. It tells each disc over MQTT.
+// storage. It publishes each disc over MQTT.
 #include "station.h"
 
 unsigned int DebugFlags;
@@ -44,7 +44,7 @@ public:
     }
 
 private:
-    // The lowest voltage while the disc passes tells its colour.
+    // The lowest voltage while the disc passes shows its colour.
     Colour look()
     {
         INT16 lowest = DISC_BELOW_MV;

@@ -272,14 +272,14 @@ public:
         mosquitto_publish(client, nullptr, topic.c_str(), int(state.size()), state.data(), 1, true);
     }
 
-    // What another station told last; empty if it has told nothing.
+    // What another station published last; empty if it has published nothing.
     std::string state_of(const std::string &station)
     {
         const std::lock_guard<std::mutex> lock(mutex);
         return states["factory/" + station];
     }
 
-    // How often another station has told this.
+    // How often another station has published this.
     int times_told(const std::string &station, const std::string &state)
     {
         const std::lock_guard<std::mutex> lock(mutex);

@@ -368,7 +368,7 @@ fn program_has_left() -> bool {
     })
 }
 
-/// Other systems do not tell.
+/// Other systems do not show it.
 #[cfg(not(target_os = "linux"))]
 fn program_has_left() -> bool {
     false

@@ -137,7 +137,7 @@ impl Kit {
         let Transfer { array, mirror, link: place } = &mut *transfer;
         self.areas.copy_to(array);
         mirror.put_out_configs(&mut link.areas);
-        // With all outputs 0: the controller tells which commands it knows of.
+        // With all outputs 0: the response has the ids of the commands that the controller knows.
         link.client.do_transfer(&mut link.compressed, &mut link.areas)?;
         mirror.begin(&link.areas);
         *place = Some(link);

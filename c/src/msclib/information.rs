@@ -36,7 +36,7 @@ fn device_text(
     text(to, size, || LIBRARY.device(handle).ok().map(|device| of(&device)))
 }
 
-/// Gives the program a text about the master. About extensions a TXT online tells nothing.
+/// Gives the program a text about the master. A TXT online sends nothing about extensions.
 fn master_text(
     handle: Handle,
     controller: c_int,
@@ -87,7 +87,7 @@ pub(crate) extern "C" fn ftxGetLibErrorString(
     })
 }
 
-/// The serial number, which a TXT does not tell.
+/// The serial number, which a TXT does not send.
 #[no_mangle]
 pub(crate) extern "C" fn ftxGetSerialNrStrg(_handle: Handle, to: TextOut, size: u32) -> u32 {
     text(to, size, || None)
@@ -130,7 +130,7 @@ pub(crate) extern "C" fn GetRoboTxDevName(
     })
 }
 
-/// The controller's Bluetooth address. A TXT does not tell it, so it is the one of nobody, as in the area.
+/// The controller's Bluetooth address. A TXT does not send it, so it is 0, as in the area.
 #[no_mangle]
 pub(crate) extern "C" fn GetRoboTxBtAddr(
     handle: Handle,
@@ -161,7 +161,7 @@ pub(crate) extern "C" fn GetRoboTxFwVal(handle: Handle, controller: c_int, to: O
     })
 }
 
-/// The controller's hardware, which a TXT does not tell.
+/// The controller's hardware, which a TXT does not send.
 #[no_mangle]
 pub(crate) extern "C" fn GetRoboTxHwStr(
     _handle: Handle,
@@ -172,7 +172,7 @@ pub(crate) extern "C" fn GetRoboTxHwStr(
     text(to, size, || None)
 }
 
-/// The controller's serial number, which a TXT does not tell.
+/// The controller's serial number, which a TXT does not send.
 #[no_mangle]
 pub(crate) extern "C" fn GetRoboTxSerialStr(
     _handle: Handle,

@@ -45,7 +45,7 @@ pub(crate) extern "C" fn GetInCounterValue(
     })
 }
 
-/// For how long the display's two buttons have been pressed, in milliseconds. A TXT does not tell online, so
+/// For how long the display's two buttons have been pressed, in milliseconds. A TXT does not send it online, so
 /// this is 0 unless the program writes something else there.
 #[no_mangle]
 pub(crate) extern "C" fn GetInDisplayButtonValue(

@@ -47,7 +47,7 @@ use arguments::Handle;
 use device::Device;
 use library::LIBRARY;
 
-/// The version of the interface, as this library tells it.
+/// The version of the interface that this library reports.
 const VERSION: [u8; 3] = [1, 5, 11];
 
 /// Runs a call that answers with a code.

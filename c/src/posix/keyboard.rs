@@ -91,7 +91,7 @@ fn code_of(sequence: &[u8]) -> Option<u8> {
     })
 }
 
-/// Takes a key from what was read, as Windows tells it.
+/// Takes a key from what was read, with the codes of Windows.
 fn take(keys: &mut VecDeque<u8>) -> Option<c_int> {
     let key = keys.pop_front()?;
     if key == ESCAPE {

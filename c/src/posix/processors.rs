@@ -153,7 +153,7 @@ fn add<T>(bytes: &mut Vec<u8>, record: T) {
     bytes.extend_from_slice(unsafe { std::slice::from_raw_parts(at.cast(), size_of::<T>()) });
 }
 
-/// Writes a record for each core or group. With a buffer that is too short it fails, and tells the length.
+/// Writes a record for each core or group. With a buffer that is too short it fails, and returns the length.
 ///
 /// # Safety
 ///

@@ -5,7 +5,7 @@ use std::ffi::{c_char, c_int, CStr};
 
 use crate::ffi::{caught, text_of};
 
-/// Compares as if all letters were small. The C library tells the texts apart by their sign alone.
+/// Compares as if all letters were small. Of the result only the sign counts, as in the C library.
 fn compare(one: &[u8], other: &[u8]) -> c_int {
     match one.to_ascii_lowercase().cmp(&other.to_ascii_lowercase()) {
         Ordering::Less => -1,

@@ -37,7 +37,7 @@ unsafe fn put(to: *mut c_char, text: *const u8, length: usize) {
     }
 }
 
-/// The order of two texts, as C's comparisons tell it.
+/// The order of two texts, as C's comparisons return it.
 fn order<T: Ord>(a: impl Iterator<Item = T>, b: impl Iterator<Item = T>) -> i32 {
     a.cmp(b) as i32
 }

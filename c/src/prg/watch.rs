@@ -1,4 +1,4 @@
-//! Who ends a program that does not come back: after a crash, when it hangs, and when it does not end although
+//! Who ends a program that does not end by itself: after a crash, when it hangs, and when it does not end although
 //! it was asked to.
 
 use std::io;

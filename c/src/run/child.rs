@@ -70,7 +70,7 @@ pub(crate) fn run(
 #[cfg(target_os = "linux")]
 use crate::forks::end as end_forks;
 
-/// Other systems do not tell which processes these are.
+/// Other systems do not show which processes these are.
 #[cfg(not(target_os = "linux"))]
 fn end_forks(_: &Path) -> bool {
     false
@@ -95,8 +95,7 @@ fn words_of_stop(stopped: Result<(), Error>) -> String {
     }
 }
 
-/// Has the program ended when nobody is left who would: `tx_run` was killed. Other systems than Linux have
-/// no such request.
+/// Asks the system to end the program when `tx_run` is killed. Only Linux has such a request.
 #[cfg(target_os = "linux")]
 pub(crate) fn end_with_this_process(command: &mut Command) {
     use std::os::unix::process::CommandExt;

@@ -115,7 +115,7 @@ pub(crate) struct Compiler {
     pub(crate) language: Language,
     /// The command's first words.
     words: Vec<OsString>,
-    /// What tells it and the user's options from others; `None` when that can't be known.
+    /// What distinguishes it and the user's options from others; `None` when that can't be known.
     pub(crate) identity: Option<String>,
     /// Options before and behind those with our headers.
     before: Vec<OsString>,

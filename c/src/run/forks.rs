@@ -1,5 +1,5 @@
-//! What a program has made of itself by `fork` ends with it. Such a process has a copy of the program's connection, which
-//! keeps the controller from hearing of its end, and may go on to drive with nobody who stops it.
+//! The processes that a program has made by `fork` end with it. Such a process has a copy of the program's connection,
+//! so the controller does not notice the program's end, and the process may go on to drive with nobody who stops it.
 
 use std::fs;
 use std::path::Path;

@@ -18,7 +18,7 @@ const WINDOWS: &str = "posix";
 /// A header with this name may also be something of the program's own.
 pub(crate) const COMMON: &str = "common.h";
 
-/// Whether a kit has a header with this name, which is in lower case. `common.h` does not tell.
+/// Whether a kit has a header with this name, which is in lower case. `common.h` does not count.
 pub(crate) fn is_of_a_kit(name: &str) -> bool {
     name != COMMON && KITS.iter().any(|folder| names_in(folder).any(|(of_kit, _)| of_kit == name))
 }

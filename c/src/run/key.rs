@@ -66,7 +66,7 @@ pub(crate) fn known_compiler(compiler: &OsStr, options: &[OsString]) -> Option<P
     found(compiler).filter(|file| is_compiler(file) && state_of(file).is_some())
 }
 
-/// What tells this compiler from another one, and its options; `None` when that can't be known. `commands` is what
+/// What distinguishes this compiler from another one, and its options; `None` when that can't be known. `commands` is what
 /// it says that it would run (`-###`): with all options, also those from elsewhere.
 pub(crate) fn identity(compiler: &Path, commands: &str) -> Option<String> {
     let mut identity = commands.to_owned();
@@ -167,7 +167,7 @@ fn state_of(program: &Path) -> Option<String> {
     Some(format!("{program:?} {} {changed:?} {more:?}", data.len()))
 }
 
-/// The key of what is compiled from this text, and what else tells it from others. `None` when the compiler reads a
+/// The key of what is compiled from this text, and what else distinguishes it from others. `None` when the compiler reads a
 /// precompiled header for it.
 pub(crate) fn of(text: &[u8], others: &[&[u8]]) -> Option<Key> {
     if String::from_utf8_lossy(text).contains("pch_preprocess") {

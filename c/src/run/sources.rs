@@ -1,4 +1,4 @@
-//! What sources include, as far as their text tells it, and which of the program's own files that is.
+//! What sources include, as far as their text shows it, and which of the program's own files that is.
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs;

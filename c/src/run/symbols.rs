@@ -1,4 +1,4 @@
-//! The functions in compiled files that tell how a program begins.
+//! The functions in compiled files that show how a program begins.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -190,7 +190,7 @@ impl Unit<'_> {
         if let Some(windows) = &headers.windows {
             command.arg("-I").arg(windows);
         }
-        // What is included in ways that the text does not tell.
+        // What is included in ways that the text does not show.
         let folders: BTreeSet<&Path> = self.plan.copies.of.keys().map(|it| folder_of(it)).collect();
         for folder in folders {
             command.arg("-idirafter").arg(folder);

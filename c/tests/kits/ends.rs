@@ -31,7 +31,7 @@ fn started(txt: &SimulatedTxt, how: &str) -> Option<Running> {
     Some(running)
 }
 
-/// Waits for something that no machine tells.
+/// Polls for a condition that wakes no thread when it becomes true.
 #[track_caller]
 fn wait(what: &str, mut condition: impl FnMut() -> bool) {
     let begun = Instant::now();

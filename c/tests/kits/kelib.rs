@@ -135,7 +135,7 @@ fn a_child_gets_errors_and_its_end_changes_nothing() {
     }
 }
 
-/// Only Linux tells which threads are left.
+/// Only Linux shows which threads are left.
 #[cfg(target_os = "linux")]
 #[test]
 fn without_main_the_transfer_ends_with_the_programs_last_thread() {

@@ -37,7 +37,7 @@ pub(crate) fn wait_for(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Ma
     assert!(txt.wait_until(condition, LIMIT), "never: {what}");
 }
 
-/// Waits for something that no machine tells.
+/// Polls for a condition that wakes no thread when it becomes true.
 #[track_caller]
 pub(crate) fn wait_until(what: &str, condition: impl Fn() -> bool) {
     let deadline = Instant::now() + LIMIT;

@@ -272,8 +272,8 @@ impl Machine {
     /// * a duty outside 0..=512,
     /// * a pair of outputs that is configured as a motor, both with a duty other than 0,
     /// * whole bytes of compressed data after the last word,
-    /// * a command that arrived before the response to the previous one was sent. The farewell on a
-    ///   broken connection, StopOnline alone or right after a last exchange, is not odd.
+    /// * a command that arrived before the response to the previous one was sent. StopOnline is not odd, alone
+    ///   or right after a last exchange: so a client ends a broken connection,
     /// * a command that came in pieces, or one of online mode outside it,
     /// * an I2C client that is not the first one in the 5 s after StartOnline,
     /// * what ends the program of a real TXT: a StartOnline while the I2C server of the session before waits for a

@@ -193,7 +193,7 @@ impl Oddities {
         self.offered_before = mem::replace(&mut self.offered, mask);
     }
 
-    /// The client may ignore the response. Then its farewell has the extensions of the response
+    /// The client may ignore the response. Then its last exchange has the extensions of the response
     /// before.
     pub(crate) fn doubt_offer(&mut self) {
         self.offered |= self.offered_before;
@@ -212,7 +212,7 @@ impl Oddities {
         }
     }
 
-    /// Checks the outputs for a controller; without `config` there is no such controller. `has_motor` tells
+    /// Checks the outputs for a controller; without `config` there is no such controller. `has_motor` says
     /// whether a motor of the world is plugged in at a pair of outputs.
     pub(crate) fn check_outputs(
         &mut self,

@@ -23,7 +23,7 @@ struct Playing {
 
 impl Sound {
     /// Begins a command, in place of the playing one. Then it is done at once, although it only begins. The id of a
-    /// command that has nothing to end or to play never comes back.
+    /// command that has nothing to end or to play is never reported as done.
     pub(crate) fn begin(&mut self, id: u16, index: u16, repeat: u16) {
         if self.playing.take().is_some() {
             self.finished_id = id;

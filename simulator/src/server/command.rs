@@ -96,12 +96,12 @@ fn split_command(bytes: &[u8]) -> Option<(CommandId, &[u8])> {
 /// The longest command.
 const COMMAND_MAX: usize = CmprHeader::LEN + MAX_EXTRA_SIZE;
 
-/// The longest farewell, see [`ahead`].
+/// The longest end of a session, a last exchange and StopOnline, see [`ahead`].
 const FAREWELL_MAX: usize = COMMAND_MAX + ID_LEN;
 
 /// The bytes of a client that have been read and not been carried out.
 pub(crate) struct Inbox {
-    /// There is room for a command and a farewell after it.
+    /// There is room for a command, and after it a last exchange and StopOnline.
     bytes: Vec<u8>,
     /// How many of them there are.
     count: usize,

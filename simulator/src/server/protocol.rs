@@ -340,7 +340,7 @@ mod tests {
                 protocol.answer(command, &mut machine, &mut script, &mut out).unwrap();
             }
         };
-        // The longest response comes when commands read as done because there were eight.
+        // The longest response comes when commands are reported as done because there were eight.
         commands[..4].iter().for_each(|commands| answer_all(commands));
         let allocations = allocation_counter::measure(|| {
             commands[4..].iter().for_each(|commands| answer_all(commands));

@@ -51,7 +51,7 @@ impl Strike {
         self.fault == Fault::Cut || self.in_request && self.fault == Fault::Half
     }
 
-    /// Whether the read limit tells the program of it.
+    /// Whether the program notices it by the read limit.
     pub(crate) fn is_silent(self) -> bool {
         matches!(
             self.fault,

@@ -10,7 +10,7 @@ use ft_transfer_area::LoggedCycle;
 use crate::format::Transfer;
 
 /// Takes cycles into a recording that has no handler; made by [`Recorder::fed`](crate::Recorder::fed). Nothing of
-/// it waits for the disk: what has no room is lost and counted, and the next entry tells it.
+/// it waits for the disk: what has no room is lost, and the next entry has the number of lost ones.
 ///
 /// ```
 /// use std::time::Instant;

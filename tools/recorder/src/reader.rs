@@ -61,7 +61,7 @@ pub struct Entry {
     pub what: Recorded,
 }
 
-/// What an [`Entry`] tells.
+/// What an [`Entry`] has.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Recorded {

@@ -1,4 +1,4 @@
-//! What payloads of commands have in them. What is wrong is reported by the names in the payload.
+//! What payloads of commands have in them. An error names a field as the payload does.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;

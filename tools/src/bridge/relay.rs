@@ -47,11 +47,11 @@ pub(crate) struct Relay {
     master: Master,
     /// When the master gave its last sign of life.
     heard: Instant,
-    /// Why the motors were stopped while nobody could be notified.
+    /// Why the motors were stopped, while this could not be published.
     untold: Option<String>,
     /// What was printed about the broker last.
     printed: Option<String>,
-    /// Whether the motors were stopped because a command was too old, and nobody was notified.
+    /// Whether the motors were stopped because a command was too old, and this was not published yet.
     too_late: bool,
 }
 
@@ -120,7 +120,7 @@ impl Relay {
         self.publish(STATE, true, json(&self.state));
     }
 
-    /// The motors have been stopped; everybody learns why.
+    /// The motors have been stopped: publishes why, and prints it.
     pub(crate) fn stopped(&mut self, reason: String) {
         self.say(&format!("all motors are stopped: {reason}"));
         let reported = json(&PublishedEvent::Stopped { reason: reason.clone() });

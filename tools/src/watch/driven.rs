@@ -11,7 +11,7 @@ use ft_transfer_area::wire::{crc_of_words, CmprHeader, CommandId, ExchangeData, 
 use super::packet::{command_size, id, response_size};
 use crate::seen::SILENCE;
 
-/// As much of a packet as tells its size and what matters here.
+/// As much of a packet as shows its size and what matters here.
 const HEAD: usize = CmprHeader::LEN;
 /// How many commands without a response are known.
 const WAITING: usize = 64;
@@ -30,7 +30,7 @@ pub(super) struct Driven {
     responses: Responses,
     /// A program is online, or has exchanged without being so.
     drives: bool,
-    /// It has said farewell after that, and the controller has not answered yet.
+    /// It has sent StopOnline after that, and the controller has not answered yet.
     leaves: bool,
     /// The extensions of all compressed exchanges; `None` before the first.
     extensions: Option<u16>,
@@ -113,7 +113,7 @@ impl Driven {
         self.drives
     }
 
-    /// Whether that is so when the controller says nothing more: a farewell without an answer may not have reached it.
+    /// Whether that is so when the controller sends nothing more: a StopOnline without a response may not have reached it.
     pub(super) fn has_left_on(&self) -> bool {
         self.drives || self.leaves
     }

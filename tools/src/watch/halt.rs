@@ -169,7 +169,7 @@ impl Halt {
             }
             if let Err(error) = over.and_then(|()| self.next(&connect, tap)) {
                 if is_off || step == Step::Ends {
-                    // A controller that does not hear the farewell has its outputs off, too.
+                    // The outputs are off, even if StopOnline does not reach the controller.
                     self.step = Step::Done;
                 } else if Instant::now() + RETRY > self.until {
                     self.step = Step::Done;

@@ -1,7 +1,7 @@
 //! `txt watch`: looks at what a program and a controller say to each other, and passes it on.
 //!
 //! The relay passes the bytes on, in a thread of its own, and keeps a copy. All that looks at them has a second
-//! thread: it reads the copies, and tells the page, the recording and the changes what they mean.
+//! thread: it reads the copies, and passes what they mean to the page, the recording and the changes.
 
 mod changes;
 mod decode;

@@ -17,7 +17,7 @@ impl Inbox {
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// Takes out the first packet when it is whole. `size` tells how long it is, as far as its start shows it: with
+    /// Takes out the first packet when it is whole. `size` returns its length, as far as its start shows it: with
     /// that many bytes the result may be larger.
     pub(super) fn next(
         &mut self,

@@ -191,7 +191,7 @@ impl Passage {
         }
     }
 
-    /// Whether the program has gone while it drives. It may have said farewell before its connection broke.
+    /// Whether the program has gone while it drives. It may have sent StopOnline before its connection broke.
     fn gone(&mut self, broken: Option<&Broken>, chunk: &mut [u8], tap: &Tap) -> Option<Gone> {
         let is_broken = broken.is_some_and(|broken| broken.side == Side::Program);
         if is_broken && self.drives() {

@@ -200,7 +200,7 @@ impl KitClient {
         self.ask(&packet, 80);
     }
 
-    /// Says farewell, and reads until the controller has closed the connection.
+    /// Sends StopOnline, and reads until the controller has closed the connection.
     pub(crate) fn end(mut self) -> Vec<u8> {
         self.ask(&CommandId::StopOnline.id().to_le_bytes(), 4);
         self.stream.shutdown(std::net::Shutdown::Write).unwrap();

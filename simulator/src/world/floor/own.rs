@@ -76,7 +76,7 @@ impl LockedFloor<'_> {
         place.is_some_and(|place| self.floor.add(piece, place).is_ok())
     }
 
-    /// Puts a new piece at a place, or tells why it can't.
+    /// Puts a new piece at a place, or logs why it can't.
     pub(in crate::world) fn add_or_tell(&mut self, piece: Piece, name: &str) {
         if !self.add(piece, name) {
             self.floor.tell(format_args!("{piece} can't be put in: {name} can't take it"));

@@ -26,7 +26,7 @@ impl Outcome {
     }
 }
 
-/// Runs these programs, which all have the same kind of logger. `tell` gets each outcome as it comes.
+/// Runs these programs, which all have the same kind of logger. Each outcome goes to `tell` as it comes.
 pub(crate) fn run(names: &[Name], tell: &mut dyn FnMut(Outcome)) {
     let mut left: Vec<Name> = names.to_vec();
     while !left.is_empty() {

@@ -30,7 +30,7 @@ pub(super) const CHECKS: &[Check] = &[
     ),
     Check::new(
         "simple-counter-reset",
-        "In the simple exchange the id of a counter reset comes back with the same answer.",
+        "In the simple exchange a counter reset is reported as done with the same answer.",
         simple_counter_reset,
     ),
     Check::new("pace", "The answers to exchanges come 10 ms apart.", pace),

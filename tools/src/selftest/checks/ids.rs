@@ -12,17 +12,17 @@ use crate::selftest::session::Session;
 pub(super) const CHECKS: &[Check] = &[
     Check::new(
         "counter-reset-id",
-        "The id of a counter reset comes back.",
+        "A counter reset is reported as done.",
         counter_reset,
     ),
     Check::new(
         "motor-id-without-distance",
-        "The id of a motor command without a distance comes back.",
+        "A motor command without a distance is reported as done.",
         motor_without_distance,
     ),
     Check::new(
         "eighth-motor-command",
-        "The eighth motor command after one that is done reads as done at once, whatever the ids are.",
+        "The eighth motor command after one that is done is reported as done at once, whatever the ids are.",
         eighth_command,
     ),
     Check::new(
@@ -84,7 +84,7 @@ fn eighth_command(bench: &mut Bench) -> Found {
         session.outputs.motor_command_id[0] = id;
         session.exchanges(2)?;
         if session.inputs.m1_id() == id {
-            return Err(Trouble::NotTried("a distance with duty 0 reads as done"));
+            return Err(Trouble::NotTried("a distance with duty 0 is reported as done"));
         }
     }
     session.outputs.motor_command_id[0] = 18;

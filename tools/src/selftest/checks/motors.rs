@@ -1,4 +1,4 @@
-//! What only a turning motor tells: M1, with its encoder at C1. C1 is never reset before a close, because its value
+//! What only a turning motor shows: M1, with its encoder at C1. C1 is never reset before a close, because its value
 //! in the next session is the measurement.
 
 use std::time::{Duration, Instant};
@@ -17,19 +17,19 @@ pub(super) const CHECKS: &[Check] = &[
         .needs(Needs::Motors),
     Check::new(
         "m1-distance",
-        "At duty 512 and a distance of 100 pulses, the id comes back and M1 stops near it (assumed).",
+        "At duty 512, a distance of 100 pulses is reported as done, and M1 stops near it (assumed).",
         distance_at_512,
     )
     .needs(Needs::Motors),
     Check::new(
         "m1-distance-half-duty",
-        "At duty 256 and a distance of 100 pulses, the id comes back and M1 stops near it (assumed).",
+        "At duty 256, a distance of 100 pulses is reported as done, and M1 stops near it (assumed).",
         distance_at_256,
     )
     .needs(Needs::Motors),
     Check::new(
         "counter-reset",
-        "Each other id resets C1, also one that is 8 further, and comes back when that is done.",
+        "Each other id resets C1, also one that is 8 further, and is reported when that is done.",
         counter_reset,
     )
     .needs(Needs::Motors),
@@ -69,7 +69,7 @@ const FULL: i16 = 512;
 const PULSES: u16 = 100;
 /// M1 has its full speed after this time, and stands after it.
 const SETTLED: Duration = Duration::from_millis(500);
-/// How long nobody is there while M1 may go on.
+/// How long no program is connected while M1 may go on.
 const AWAY: Duration = Duration::from_secs(2);
 
 /// A session in which M1 may turn.
@@ -182,7 +182,7 @@ fn in_silence(bench: &mut Bench) -> Found {
     Ok(outcome)
 }
 
-/// M1 has turned for this number of seconds while nobody was there.
+/// M1 has turned for this number of seconds while no program was connected.
 fn turned(seconds: f64, of: Duration) -> Outcome {
     let of = of.as_secs_f64();
     let went_on = seconds > 0.85 * of;

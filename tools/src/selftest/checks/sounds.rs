@@ -18,23 +18,23 @@ pub(super) const CHECKS: &[Check] = &[
         "A sound plays on after StopOnline and the next StartOnline, until index 0 ends it.",
         after_stop_online,
     ),
-    Check::new("sound", "The id of a sound comes back when the sound has ended.", once),
+    Check::new("sound", "The id of a sound is reported as done when the sound has ended.", once),
     Check::new("sound-repeat-0", "Repeat 0 plays a sound once, like 1.", repeat_0),
     Check::new("sound-repeat-2", "Repeat 2 plays a sound twice.", repeat_2),
     Check::new(
         "sound-while-playing",
-        "The id of a sound that begins while another one plays comes back at once, but not each time.",
+        "A sound that begins while another one plays is reported as done at once, but not each time.",
         while_playing,
     ),
-    Check::new("sound-ended", "Index 0 ends a sound, and its id comes back at once.", ended),
+    Check::new("sound-ended", "Index 0 ends a sound, and is reported as done at once.", ended),
     Check::new(
         "sound-0-in-silence",
-        "The id of index 0 does not come back when nothing plays.",
+        "Index 0 is not reported as done when nothing plays.",
         in_silence,
     ),
     Check::new(
         "sound-without-file",
-        "The id of an index that has no sound does not come back.",
+        "An index that has no sound is not reported as done.",
         without_file,
     ),
 ];
@@ -47,7 +47,7 @@ const MISSING: u16 = 99;
 
 /// A short sound is over by then.
 const OVER: Duration = Duration::from_secs(4);
-/// After this time an id does not come back any more.
+/// After this time an id is not reported as done any more.
 const NEVER: Duration = Duration::from_millis(800);
 /// This number of exchanges is at once.
 const AT_ONCE: usize = 3;
@@ -86,7 +86,7 @@ fn once(bench: &mut Bench) -> Found {
     let session = bench.online()?;
     let Some((time, _)) = play(session, SHORT, 1, OVER)? else {
         be_silent(session)?;
-        return Ok(Outcome::differs("it does not come back"));
+        return Ok(Outcome::differs("it is not reported as done"));
     };
     // It has a length, which is known for the maker's file only.
     let is_same = time > Duration::from_millis(100);
@@ -105,7 +105,7 @@ fn repeat_2(bench: &mut Bench) -> Found {
 /// Plays a sound once, then with this repeat: how many times as long that may take.
 fn compare_with_once(bench: &mut Bench, repeat: u16, times: Range<f64>) -> Found {
     let once = bench.sound;
-    let once = once.ok_or(Trouble::NotTried("a sound that plays once does not come back"))?;
+    let once = once.ok_or(Trouble::NotTried("a sound that plays once is not reported as done"))?;
     let session = bench.online()?;
     let Some((time, _)) = play(session, SHORT, repeat, OVER)? else {
         be_silent(session)?;
@@ -179,7 +179,7 @@ fn after_stop_online(bench: &mut Bench) -> Found {
     bench.drop_session();
     let session = bench.begin(Holds::I2c)?;
     session.configure(1, Config::default())?;
-    // Its id comes back only when there is a sound to end.
+    // Its id is reported as done only when there is a sound to end.
     let back = play(session, 0, 0, NEVER)?;
     Ok(match back {
         Some(_) => came_back_at_once(back),

@@ -116,7 +116,7 @@ impl Reader for MainReader {
         self.is_gone = true;
     }
 
-    /// A program that says farewell after this has not ended the transfer.
+    /// A program that sends StopOnline after this has not ended the transfer.
     fn controller_ended(&mut self, report: &mut dyn FnMut(Happened)) {
         self.end(report);
     }

@@ -160,7 +160,7 @@ mod tests {
 
     use super::*;
 
-    /// What one connection tells of these pieces, with the time between them.
+    /// What is seen of one connection in these pieces, with the time between them.
     fn seen(pieces: Vec<(u64, What)>) -> Vec<Happened> {
         let (mut decoder, mut seen) = (Decoder::default(), Vec::new());
         let begin = Instant::now();
@@ -247,7 +247,7 @@ mod tests {
             (0, What::FromController([&0x5170_C53B_u32.to_le_bytes()[..], &[0; 16]].concat())),
             (0, command(CommandId::ExchangeData)),
             (0, response(ResponseId::ExchangeData)),
-            // Nobody has asked for it.
+            // A response without a command.
             (0, response(ResponseId::ExchangeData)),
         ]);
         let unknown = seen.iter().filter_map(|one| match one {

@@ -117,7 +117,7 @@ pub(super) fn not_before_interruptions(case: &Case<'_>) -> Vec<String> {
     breaches
 }
 
-/// Whether a call tells this handle something. A hook makes its calls with the handler's.
+/// Whether a call reports something to this handle. A hook makes its calls with the handler's.
 fn is_by(call: &Call, who: Who) -> bool {
     let by_hook = who == Who::Handler && call.who == Who::Hook && call.what != What::Wait;
     call.who == who || by_hook

@@ -48,7 +48,7 @@ fn on_again(case: &Case<'_>, expired: Instant) -> Option<String> {
     let knows = |call: &&Call| {
         matches!(call.result, Err(Error::WatchdogExpired { .. })) && call.end >= expired
     };
-    // The end of a transfer tells the program, too.
+    // The program learns of it by the end of a transfer, too.
     let first = |call: &&Call| (call.reported() || knows(call)) && call.end >= expired;
     let known = case.trace.calls.iter().filter(first).map(|call| call.start).min();
     for connection in case.connections() {
