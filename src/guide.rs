@@ -17,6 +17,7 @@ pub mod c_functions {}
 
 /// [c_programs.md]: c_programs
 /// [names.md]: names
+/// [protocol.md]: protocol#the-compressed-exchange
 /// [reliability.md]: reliability
 /// [simulator.md]: simulator
 #[doc = include_str!("../docs/porting.md")]
@@ -35,6 +36,7 @@ pub mod protocol {}
 #[doc = include_str!("../docs/reliability.md")]
 pub mod reliability {}
 
+/// [reliability.md]: reliability#what-stops-the-motors
 /// [txt40.md]: txt40
 /// [worlds.md]: worlds
 #[doc = include_str!("../docs/simulator.md")]

@@ -78,18 +78,12 @@
 //! it holds them, because it would wait for itself forever, and an index beyond the handler's areas.
 //!
 //! Whatever ends a transfer, a last exchange stops its motors if the connection still works. If it does not, or
-//! when the program is killed, motors may go on until the next transfer begins: the maker's firmware does not
-//! stop them (4.7.0, measured under emulation), and whether its I/O board does is not known. A panic ends the
-//! transfer [where it can be seen](TransferAreas#when-a-thread-panics). A [cycle
-//! hook](TransferAreaComHandler::set_cycle_hook) that keeps the areas for half a second stops the motors; for a program
-//! that hangs elsewhere there is the [watchdog](TransferAreaComHandlerBuilder::watchdog), which is off by default.
+//! when the program is killed, **motors may go on**; [`guide::reliability`] says what happens when something breaks.
+//! A panic ends the transfer [where it can be seen](TransferAreas#when-a-thread-panics). For a program that hangs
+//! there is the [watchdog](TransferAreaComHandlerBuilder::watchdog), which is off by default.
 //!
-//! The end of a transfer, a lost connection and the watchdog set all outputs in the areas to 0. What
-//! was written before moves no motor afterwards, and a command that was cut off or refused is never reported
-//! as done.
-//! Outputs [count again](TransferAreas#when-outputs-count) when the program knows what happened.
-//!
-//! [`guide::reliability`] says what happens when something breaks.
+//! The end of a transfer, a lost connection and the watchdog set all outputs in the areas to 0. They
+//! [count again](TransferAreas#when-outputs-count) when the program knows what happened.
 //!
 //! # Logging
 //!

@@ -192,15 +192,9 @@ impl SimulatedTxtBuilder {
     /// Whether it does all that the maker's firmware 4.7.0 does, also what a correct client does not cause. The default
     /// is `false`: then it is kinder, and reports it as one of the [oddities](Machine::oddities) of the machine.
     ///
-    /// * What ends the program of a real TXT ends it: it closes all connections, refuses clients for two seconds, and
-    ///   comes back. What does that is listed at the oddities.
-    /// * The I2C port refuses clients, except one in each session, in the 5 s after StartOnline. The camera's port does as
-    ///   with [`CameraConnection::Txt`], for one client that comes within 5 s after each start, and acknowledges each
-    ///   picture within 5 s.
-    /// * A command, an I2C request or an acknowledgement in pieces closes its connection.
-    /// * Extensions are only looked for at StartOnline.
-    /// * StartOnline takes 0.52 s, and StopOnline 1 s while the I2C server waits for a client or has one; not in
-    ///   [lock-step](Self::lock_step) and without a [pace](Self::pace).
+    /// The [guide](https://docs.rs/ft-transfer-area/latest/ft_transfer_area/guide/simulator/#compared-with-the-makers-firmware)
+    /// (`docs/simulator.md`) has a table of all that differs. In [lock-step](Self::lock_step) and without a
+    /// [pace](Self::pace), no command takes longer.
     pub fn strict(mut self, strict: bool) -> Self {
         self.strict = strict;
         self

@@ -35,8 +35,8 @@
 //! and load.
 //!
 //! * Its time follows the clock while a client is online, and afterwards, for a minute at most, while an output is on or
-//!   a sound plays. It stands still at other times. So a client that exchanges more seldom than the [pace](SimulatedTxtBuilder::pace) allows sees motors
-//!   as fast as a real controller's. Without a pace, and in
+//!   a sound plays. It stands still at other times. So a client that exchanges more seldom than the
+//!   [pace](SimulatedTxtBuilder::pace) allows sees motors as fast as a real controller's. Without a pace, and in
 //!   [lock-step](SimulatedTxtBuilder::lock_step), time moves by one step per exchange.
 //! * Outputs count from when they arrive. A response has the inputs of the time at which it is sent.
 //! * A motor at duty 512 gives 200 pulses per second, in either direction, on the counter with
