@@ -193,8 +193,7 @@ impl SimulatedTxtBuilder {
     /// is `false`: then it is kinder, and reports it as one of the [oddities](Machine::oddities) of the machine.
     ///
     /// The [guide](https://docs.rs/ft-transfer-area/latest/ft_transfer_area/guide/simulator/#compared-with-the-makers-firmware)
-    /// (`docs/simulator.md`) has a table of all that differs. In [lock-step](Self::lock_step) and without a
-    /// [pace](Self::pace), no command takes longer.
+    /// (`docs/simulator.md`) has a table of all that differs.
     pub fn strict(mut self, strict: bool) -> Self {
         self.strict = strict;
         self
