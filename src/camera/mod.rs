@@ -110,7 +110,7 @@ impl CameraOptions {
         Self { framerate, ..self }
     }
 
-    /// Tells the camera the frequency of the mains.
+    /// Sets the frequency of the mains.
     pub const fn power_line(self, power_line: PowerLine) -> Self {
         Self { power_line, ..self }
     }

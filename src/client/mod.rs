@@ -54,7 +54,7 @@ pub const PORT: u16 = 65000;
 
 /// How long after StopCameraOnline the camera may be started again.
 ///
-/// The maker's firmware 4.7.0 (under emulation) looks with each picture whether it should end its camera. Started again
+/// The maker's firmware 4.7.0 (under emulation) checks with each picture whether its camera should end. Started again
 /// before that, it has two cameras, and its program ends when they stop.
 const CAMERA_PAUSE: Duration = Duration::from_secs(1);
 

@@ -11,7 +11,7 @@ use crate::wire::CommandId;
 /// How long the last bytes on a failing connection may take.
 const ABANDON_LIMIT: Duration = Duration::from_millis(500);
 
-/// How often it is looked whether something holds the I2C connection open. A fraction of the time that it needs.
+/// How often it is checked whether something holds the I2C connection open. A fraction of the time that it needs.
 const I2C_LOOK: Duration = Duration::from_millis(500);
 
 impl TxtClient {

@@ -3,7 +3,7 @@
 //! On Windows `shutdown` does not wake a thread that is blocked in reading or writing. Nor can it wait in
 //! short steps there: a limit for reading is at least half a second, and when it is over, bytes may be lost.
 //! So the socket does not block; while there is nothing to read, or no room, the thread sleeps for a moment
-//! and looks whether it is to end.
+//! and checks whether it is to end.
 
 use std::io::{self, ErrorKind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,7 +21,7 @@ const NAP: Duration = Duration::from_millis(2);
 pub(crate) enum WaitEnds {
     /// It shuts the connection down, which wakes a thread that is blocked.
     ByShutdown,
-    /// The waiting thread looks whether it is to end.
+    /// The waiting thread checks whether it is to end.
     ByLooking,
 }
 
