@@ -76,9 +76,17 @@ pub(crate) fn watch<T: Transfer + 'static>(transfer: &Arc<T>) {
 }
 
 extern "C" fn end_at_exit() {
+    ft_end_transfers();
+    if !process::is_forked() && !threads_are_gone() {
+        system::end_as_asked();
+    }
+}
+
+/// Ends all transfers with all outputs off, and lets none begin: the program ends. `end_first.c` calls it.
+#[no_mangle]
+pub(crate) extern "C" fn ft_end_transfers() {
     if !process::is_forked() && !threads_are_gone() {
         guarded((), end_all);
-        system::end_as_asked();
     }
 }
 

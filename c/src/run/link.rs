@@ -21,10 +21,11 @@ const LIBRARY: &str = if cfg!(windows) {
     "libftMscLib.so"
 };
 
-/// Links these compiled files, and what the command line and the environment name.
+/// Links these compiled files with these options, and what the command line and the environment name.
 pub(crate) fn link(
     compiler: &Compiler,
     objects: &[PathBuf],
+    more: &[&str],
     inputs: &Inputs,
     options: &Options,
     library: &Path,
@@ -35,6 +36,7 @@ pub(crate) fn link(
     command
         .arg(NO_CHECKS)
         .args(words_of("LDFLAGS"))
+        .args(more)
         .args(objects)
         .args(&inputs.objects)
         .args(&inputs.archives);

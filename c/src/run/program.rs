@@ -11,7 +11,7 @@ use crate::kind::Kind;
 use crate::link;
 use crate::options::Options;
 use crate::symbols::{self, Entry};
-use crate::work::{self, Plan, TX_MAIN};
+use crate::work::{self, Plan};
 use crate::Sentence;
 
 /// A program that can be run.
@@ -37,17 +37,19 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
     let named = inputs.objects.iter().map(|object| (object.clone(), object.clone()));
     let all: Vec<_> = with_names.chain(named).collect();
     let entry = symbols::entry(&all, !inputs.archives.is_empty())?;
-    if entry == Entry::PrgTic {
-        let path = build.join("tx_main.c");
-        fs::write(&path, TX_MAIN)?;
-        let main = [Source { path, language: Language::C }];
-        compilers.need(Language::C, options)?;
-        compiled.extend(work::compile_all(&main, &compilers, &plan, &cache)?);
+    let own = Own::of(entry, &inputs);
+    if let Some(own) = &own {
+        let path = build.join(own.name);
+        fs::write(&path, own.text)?;
+        compilers.need(own.language, options)?;
+        let source = [Source { path, language: own.language }];
+        compiled.extend(work::compile_all(&source, &compilers, &plan, &cache)?);
     }
     let folder = build.join("program");
     fs::create_dir(&folder)?;
     let path = folder.join(&inputs.name).with_extension(env::consts::EXE_EXTENSION);
-    link::link(compilers.for_linking()?, &compiled, &inputs, options, &library, &path)?;
+    let more = own.map_or(&[][..], |own| own.link_options);
+    link::link(compilers.for_linking()?, &compiled, more, &inputs, options, &library, &path)?;
     cache.tidy();
     let kind = match (entry, plan.kind) {
         (Entry::PrgTic, _) => Kind::Downloaded.to_string(),
@@ -56,4 +58,34 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
     };
     let library_folder = link::folder_of(&library).to_owned();
     Ok(Program { path, kind, entry, library_folder })
+}
+
+/// A source of ours that belongs to a program.
+struct Own {
+    name: &'static str,
+    text: &'static str,
+    language: Language,
+    link_options: &'static [&'static str],
+}
+
+impl Own {
+    fn of(entry: Entry, inputs: &Inputs) -> Option<Self> {
+        match entry {
+            Entry::PrgTic => Some(Self {
+                name: "tx_main.c",
+                text: include_str!("../../lib/tx_main.c"),
+                language: Language::C,
+                link_options: &[],
+            }),
+            // Other linkers have no such options.
+            Entry::Main if cfg!(target_os = "linux") => Some(Self {
+                name: "end_first.c",
+                text: include_str!("../../lib/end_first.c"),
+                // So that no second compiler is needed.
+                language: inputs.sources.first().map_or(Language::Cpp, |source| source.language),
+                link_options: &["-Wl,--wrap=main", "-Wl,--wrap=exit"],
+            }),
+            Entry::Main => None,
+        }
+    }
 }

@@ -22,9 +22,6 @@ use crate::signals;
 use crate::sources::{Include, OwnFiles};
 use crate::{pass_on, say, Sentence};
 
-/// The main function of programs with PrgTic.
-pub(crate) const TX_MAIN: &str = include_str!("../../lib/tx_main.c");
-
 /// What the compilation of all sources needs.
 pub(crate) struct Plan {
     build: PathBuf,

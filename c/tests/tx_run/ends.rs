@@ -263,6 +263,22 @@ fn what_a_killed_command_has_left_is_removed_by_the_next_one() {
     assert_eq!(left(), 0);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn the_outputs_are_off_before_anything_that_waits_at_the_end() {
+    if !has_compiler() {
+        return;
+    }
+    for flags in ["-DWAITS", "-DWAITS -DEXIT"] {
+        let txt = txt().start().unwrap();
+        let run = run_on(&txt, "pc.c", flags);
+        wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+        press(&txt, &run);
+        wait_stopped(&txt);
+        run.end_by(libc::SIGTERM);
+    }
+}
+
 /// The last command is the one of a client that has ended well.
 fn wait_stopped(txt: &SimulatedTxt) {
     wait_for(txt, "StopOnline", |machine| {

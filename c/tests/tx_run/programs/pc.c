@@ -1,12 +1,20 @@
 /* A PC program: turns M1 until I1 is pressed, and ends without a call for it. With DEAF it ignores Ctrl-C, and with
-   DEFAULT it has no chance to stop the motor. With FORK and DAEMON another process goes on when the first one has ended
+   DEFAULT it has no chance to stop the motor. With WAITS its end never comes, because a function of atexit waits, by a
+   return from main, and with EXIT by a call. With FORK and DAEMON another process goes on when the first one has ended
    by `_exit`: one that only waits, and one that drives. */
 #include <signal.h>
+#include <stdlib.h>
 #include <unistd.h>
 #include <windows.h>
 #include "ROBO_TX_FW.h"
 #include "ftMscLib.h"
 #include "ftErrCode.h"
+
+static void wait_for_ever(void)
+{
+    for (;;)
+        pause();
+}
 
 int main(int argc, char *argv[])
 {
@@ -43,5 +51,11 @@ int main(int argc, char *argv[])
         GetInIOValue(device, 0, 0, &value, &overrun);
         Sleep(2);
     }
+#ifdef WAITS
+    atexit(wait_for_ever);
+#endif
+#ifdef EXIT
+    exit(3);
+#endif
     return 3;
 }

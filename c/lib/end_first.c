@@ -1,0 +1,29 @@
+/* Ends all transfers of a program before what waits at its end: functions of atexit, destructors of static objects.
+   With the linker's options --wrap=main and --wrap=exit these two functions are called in place of main and exit. */
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* In the library ftMscLib. */
+void ft_end_transfers(void);
+
+int __real_main(int argc, char **argv, char **environment);
+void __real_exit(int status) __attribute__((noreturn));
+
+int __wrap_main(int argc, char **argv, char **environment)
+{
+    int status = __real_main(argc, argv, environment);
+
+    ft_end_transfers();
+    return status;
+}
+
+__attribute__((noreturn)) void __wrap_exit(int status)
+{
+    ft_end_transfers();
+    __real_exit(status);
+}
+
+#ifdef __cplusplus
+}
+#endif
