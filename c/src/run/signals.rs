@@ -57,7 +57,14 @@ fn end_unread_words() {
         thread::sleep(LOOK);
         looks = if WRITING.load(Ordering::SeqCst) > 0 { looks + 1 } else { 0 };
     }
-    process::exit(1);
+    end_now();
+}
+
+/// Ends this process at once.
+fn end_now() -> ! {
+    #[cfg(unix)]
+    crate::terminal::put_back();
+    process::exit(1)
 }
 
 /// Runs a compiler, and returns what it has said. A script starts others, which get signals, too.
@@ -99,7 +106,7 @@ fn name_of_status(code: i32) -> Option<&'static str> {
 #[cfg(unix)]
 mod unix {
     use std::os::unix::process::ExitStatusExt;
-    use std::process::{self, Child, ExitStatus};
+    use std::process::{Child, ExitStatus};
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
     use std::time::{Duration, Instant};
@@ -157,7 +164,7 @@ mod unix {
             }
             let has_program = super::HAS_PROGRAM.load(Ordering::SeqCst);
             if is_second && (!has_program || super::WRITING.load(Ordering::SeqCst) > 0) {
-                process::exit(1);
+                super::end_now();
             }
         }
     }
