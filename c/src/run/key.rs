@@ -1,5 +1,4 @@
-//! What a compiled file depends on: the preprocessed text that it is compiled from, and which programs do that with which
-//! options. A file for which this may not be all has no key, and is compiled at each start.
+//! What a compiled file depends on: the preprocessed text of its source, and which programs compile it with which options. A file for which this may not be all has no key, and is compiled at each start.
 
 use std::collections::BTreeSet;
 use std::env;
@@ -155,16 +154,21 @@ fn state_of(program: &Path) -> Option<String> {
     let mut beginning = [0; 64];
     File::open(program).and_then(|mut file| file.read_exact(&mut beginning)).ok()?;
     let data = fs::metadata(program).ok().filter(|_| beginning.contains(&0))?;
-    let changed = data.modified().ok()?;
+    Some(format!("{program:?} {}", changed(&data)?))
+}
+
+/// What changes when a file is written.
+fn changed(file: &fs::Metadata) -> Option<String> {
+    let modified = file.modified().ok()?;
     #[cfg(unix)]
     let more = {
         use std::os::unix::fs::MetadataExt;
         // No program can set this time back.
-        (data.dev(), data.ino(), data.ctime(), data.ctime_nsec())
+        (file.dev(), file.ino(), file.ctime(), file.ctime_nsec())
     };
     #[cfg(not(unix))]
     let more = ();
-    Some(format!("{program:?} {} {changed:?} {more:?}", data.len()))
+    Some(format!("{} {modified:?} {more:?}", file.len()))
 }
 
 /// The key of what is compiled from this text, and what else tells it from others. `None` when the compiler reads a
@@ -198,17 +202,29 @@ pub(crate) fn with_fixed_name(text: &[u8], build: &Path) -> Vec<u8> {
     fixed
 }
 
-/// The files that a text is from, as they are written: with the comments and spaces that warnings depend on and show.
-pub(crate) fn files_of(text: &[u8]) -> Vec<u8> {
+/// The files that a text is from.
+pub(crate) struct Files {
+    /// What is in them: with the comments and spaces that warnings depend on and show.
+    pub(crate) written: Vec<u8>,
+    /// What changes whenever they are written.
+    pub(crate) states: String,
+}
+
+/// The files that a text is from, without those in the build folder, which nobody else writes.
+pub(crate) fn files_of(text: &[u8]) -> Files {
     let lines = text.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"# "));
     let name = |line| {
         let (_, name) = std::str::from_utf8(line).ok()?.split_once('"')?;
         Some(name.rsplit_once('"')?.0.replace("\\\\", "\\"))
     };
     let names: BTreeSet<String> = lines.filter_map(name).collect();
-    let files = names.iter().filter(|name| Path::new(name).is_file());
-    // One that can't be read has no lines to show.
-    files.flat_map(|name| fs::read(name).unwrap_or_default()).collect()
+    let mut files = Files { written: Vec::new(), states: String::new() };
+    for file in names.iter().map(Path::new).filter(|file| file.is_file()) {
+        let _ = write!(files.states, "{:?} ", fs::metadata(file).ok().and_then(|it| changed(&it)));
+        // One that can't be read has no lines to show.
+        files.written.extend(fs::read(file).unwrap_or_default());
+    }
+    files
 }
 
 /// Whether the assembler reads a further file for this text, or may: a macro can put the directive together, and a
