@@ -12,6 +12,7 @@ use std::time::{Duration, SystemTime};
 use twox_hash::XxHash3_128;
 
 use crate::key::Key;
+use crate::read;
 use crate::say;
 
 /// The beginning of each entry: another version of this program may have another form.
@@ -77,7 +78,7 @@ impl Cache {
         let write = || -> io::Result<()> {
             let mut rest = format!("{}\n", messages.len()).into_bytes();
             rest.extend_from_slice(messages);
-            rest.extend(fs::read(object)?);
+            read::more(File::open(object)?, &mut rest)?;
             let mut file = tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder)?;
             file.write_all(BEGINNING)?;
             file.write_all(format!("{:032x}\n", XxHash3_128::oneshot(&rest)).as_bytes())?;

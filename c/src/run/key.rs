@@ -5,10 +5,12 @@ use std::env;
 use std::ffi::{OsStr, OsString};
 use std::fmt::Write;
 use std::fs::{self, File};
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use twox_hash::XxHash3_128;
+
+use crate::read;
 
 /// The last words of the names of compilers that do nothing but what their options say. Others keep what they compile
 /// themselves (`zig`, `ccache`), or take options from elsewhere, as scripts do.
@@ -211,7 +213,7 @@ pub(crate) struct Files {
 }
 
 /// The files that a text is from, without those in the build folder, which nobody else writes.
-pub(crate) fn files_of(text: &[u8]) -> Files {
+pub(crate) fn files_of(text: &[u8]) -> Result<Files, &'static str> {
     let lines = text.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"# "));
     let name = |line| {
         let (_, name) = std::str::from_utf8(line).ok()?.split_once('"')?;
@@ -221,10 +223,13 @@ pub(crate) fn files_of(text: &[u8]) -> Files {
     let mut files = Files { written: Vec::new(), states: String::new() };
     for file in names.iter().map(Path::new).filter(|file| file.is_file()) {
         let _ = write!(files.states, "{:?} ", fs::metadata(file).ok().and_then(|it| changed(&it)));
-        // One that can't be read has no lines to show.
-        files.written.extend(fs::read(file).unwrap_or_default());
+        // One that can't be read has no lines to show. A source may name any file by `#line`.
+        let read = File::open(file).and_then(|it| read::more(it, &mut files.written));
+        if read.is_err_and(|error| error.kind() == ErrorKind::FileTooLarge) {
+            return Err("the files that it is from have more than 100 MB");
+        }
     }
-    files
+    Ok(files)
 }
 
 /// Whether the assembler reads a further file for this text, or may: a macro can put the directive together, and a

@@ -24,6 +24,7 @@ mod online;
 mod options;
 mod packages;
 mod program;
+mod read;
 mod show;
 mod signals;
 mod sources;

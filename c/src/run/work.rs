@@ -1,7 +1,6 @@
 //! Compiles sources, several at the same time, as far as the cache does not have them.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -18,6 +17,7 @@ use crate::kind::Kind;
 use crate::link::folder_of;
 use crate::options::Options;
 use crate::packages;
+use crate::read;
 use crate::signals;
 use crate::sources::{Include, OwnFiles};
 use crate::{pass_on, say, Sentence};
@@ -147,7 +147,7 @@ impl Unit<'_> {
         if !signals::output_of(&mut command)?.status.success() {
             return self.compile_source(&["-c"], object).map(drop);
         }
-        let is_all = !key::reads_files(&fs::read(assembler)?);
+        let is_all = read::file(&assembler).is_ok_and(|text| !key::reads_files(&text));
         if is_all && self.text()?.as_ref() == Some(&text) {
             self.cache.add(text.key, object, &messages);
         }
@@ -201,13 +201,14 @@ impl Unit<'_> {
         else {
             return Ok(None);
         };
-        let output = signals::output_of(self.command().arg("-E"))?;
+        let too_much = |error| format!("{}: {error}", self.path().display());
+        let output = signals::output_of(self.command().arg("-E")).map_err(too_much)?;
         if !output.status.success() {
             return Ok(None);
         }
         let [text, said] =
             [output.stdout, output.stderr].map(|it| key::with_fixed_name(&it, &self.plan.build));
-        let files = key::files_of(&text);
+        let files = key::files_of(&text).map_err(|error| too_much(error.into()))?;
         let options = self.more_options().concat();
         let others = [compiler.as_bytes(), options.as_bytes(), &said, &files.written];
         let key = key::of(&text, &others);
