@@ -1,9 +1,9 @@
-//! Tells `tx_run` which controllers may have motors on: a line in a file when a transfer has begun, and another one when
-//! its last exchange has switched all outputs off. Without the second one `tx_run` sends that exchange.
+//! Tells `tx_run` which controllers may have motors on: a file with the controller's host is there from the begin of a
+//! transfer until its last exchange has switched all outputs off. For one that is left `tx_run` sends that exchange.
 
-use std::fs::{File, OpenOptions};
-use std::io::{self, Write};
-use std::path::Path;
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -11,71 +11,133 @@ use parking_lot::Mutex;
 
 use crate::host;
 
-/// The environment variable with the file.
+/// The environment variable with the folder.
 const VARIABLE: &str = "FT_TXT_TRANSFERS";
+/// The file in it with the mark of each process that has begun a transfer.
+const MARK: &str = "mark";
 
-/// The file, and the process that has opened it: a child after `fork` opens it anew.
-static NOTES: Mutex<Option<(u32, File)>> = Mutex::new(None);
+/// The marked file, and the process that has opened it: a child after `fork` opens it anew.
+static MARKED: Mutex<Option<(u32, File)>> = Mutex::new(None);
+
+/// Transfers that are gone without a last exchange.
+static LEFT: Mutex<Vec<Note>> = Mutex::new(Vec::new());
 
 /// A transfer whose motors may be on.
 pub(crate) struct Online {
-    /// The line for its end. Made before, because the end may come where nothing can be allocated.
-    end: String,
+    note: Option<Note>,
     is_over: AtomicBool,
+}
+
+/// A file that says so.
+struct Note {
+    path: PathBuf,
+    host: String,
+    /// Which process has made it.
+    process: u32,
 }
 
 impl Online {
     /// The transfer with this host has begun. Before the program's outputs are sent.
     pub(crate) fn begin(host: &str) -> Self {
-        static NUMBER: AtomicU32 = AtomicU32::new(0);
-        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let id = format!("{}.{number}", process::id());
-        note(&format!("+{id} {host}\n"));
-        Self { end: format!("-{id}\n"), is_over: AtomicBool::new(false) }
+        Self::with_folder(host::variable(VARIABLE).as_deref(), host)
     }
 
-    /// All outputs are off. Allocates nothing.
+    fn with_folder(folder: Option<&str>, host: &str) -> Self {
+        let note = folder.and_then(|folder| match Note::new(folder.as_ref(), host) {
+            Ok(note) => Some(note),
+            Err(error) => {
+                log::warn!("tx_run can't stop the motors if this program is killed: {error:#}");
+                None
+            }
+        });
+        if let Some(note) = &note {
+            note.stand_for_left();
+        }
+        Self { note, is_over: AtomicBool::new(false) }
+    }
+
+    /// All outputs are off. Allocates nothing on Unix, where the path is short.
     pub(crate) fn end(&self) {
         if !self.is_over.swap(true, Ordering::AcqRel) {
-            note(&self.end);
+            self.note.iter().for_each(Note::remove);
         }
     }
 }
 
-/// Adds a line to the file, if there is one.
-fn note(line: &str) {
-    let mut notes = NOTES.lock();
-    if notes.as_ref().is_none_or(|(process, _)| *process != process::id()) {
-        let Some(path) = host::variable(VARIABLE) else { return };
-        match open(path.as_ref()) {
-            Ok(file) => *notes = Some((process::id(), file)),
-            Err(error) => {
-                return log::warn!(
-                    "tx_run can't stop the motors if this program is killed: {error:#}"
-                )
+impl Drop for Online {
+    fn drop(&mut self) {
+        if !self.is_over.load(Ordering::Acquire) {
+            LEFT.lock().extend(self.note.take());
+        }
+    }
+}
+
+impl Note {
+    fn new(folder: &Path, host: &str) -> io::Result<Self> {
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let process = process::id();
+        mark(process, &folder.join(MARK))?;
+        loop {
+            let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+            let path = folder.join(format!("{process}.{number}"));
+            match File::create_new(&path) {
+                Ok(mut file) => {
+                    let note = Self { path, host: host.to_owned(), process };
+                    return match file.write_all(host.as_bytes()) {
+                        Ok(()) => Ok(note),
+                        Err(error) => {
+                            note.remove();
+                            Err(error)
+                        }
+                    };
+                }
+                // Of the program that has become this one.
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(error),
             }
         }
     }
-    if let Some((_, file)) = &mut *notes {
-        // It is small, and `tx_run` has made it.
-        let _ = file.write_all(line.as_bytes());
+
+    fn remove(&self) {
+        // `tx_run` may have done it.
+        let _ = fs::remove_file(&self.path);
+    }
+
+    /// Removes the notes of earlier transfers of this process with the same controller: one is enough to stop it.
+    fn stand_for_left(&self) {
+        LEFT.lock().retain(|left| {
+            let is_same = left.host == self.host && left.process == self.process;
+            if is_same {
+                left.remove();
+            }
+            !is_same
+        });
     }
 }
 
-fn open(path: &Path) -> io::Result<File> {
-    let opened = OpenOptions::new().read(true).append(true).open(path)?;
+/// Holds a mark, if this process does not hold it yet.
+fn mark(process: u32, path: &Path) -> io::Result<()> {
+    let mut marked = MARKED.lock();
+    if marked.as_ref().is_none_or(|(by, _)| *by != process) {
+        *marked = Some((process, open_marked(path)?));
+    }
+    Ok(())
+}
+
+fn open_marked(path: &Path) -> io::Result<File> {
+    let opened = File::open(path)?;
     // Not in the place of an input or output that the program has closed.
     let file = opened.try_clone()?;
     // Whatever closes the file in this process takes the mark away.
     drop(opened);
     #[cfg(unix)]
-    mark(&file)?;
+    hold_mark(&file)?;
     Ok(file)
 }
 
 /// Holds a mark that goes when this process ends or becomes another program.
 #[cfg(unix)]
-fn mark(file: &File) -> io::Result<()> {
+fn hold_mark(file: &File) -> io::Result<()> {
     use std::os::fd::AsRawFd;
     // SAFETY: integers, for which all bits 0 are valid.
     let mut mark: libc::flock = unsafe { std::mem::zeroed() };
@@ -84,5 +146,28 @@ fn mark(file: &File) -> io::Result<()> {
     match unsafe { libc::fcntl(file.as_raw_fd(), libc::F_SETLK, &raw const mark) } {
         -1 => Err(io::Error::last_os_error()),
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_controller_that_is_left_again_and_again_has_one_note() {
+        let folder = tempfile::tempdir().unwrap();
+        File::create_new(folder.path().join(MARK)).unwrap();
+        let begin = |host| Online::with_folder(folder.path().to_str(), host);
+        let noted = || fs::read_dir(folder.path()).unwrap().count() - 1;
+        for _ in 0..3 {
+            drop(begin("a"));
+            assert_eq!(noted(), 1);
+        }
+        let other = begin("b");
+        assert_eq!(noted(), 2);
+        begin("a").end();
+        assert_eq!(noted(), 1);
+        other.end();
+        assert_eq!(noted(), 0);
     }
 }

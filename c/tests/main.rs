@@ -5,6 +5,8 @@ mod examples;
 mod headers;
 mod kits;
 mod tables;
+#[cfg(unix)]
+mod terminal;
 mod tx_run;
 
 /// Says that a test needs these compilers. A test that has checked nothing must not look like one that has passed.

@@ -12,10 +12,11 @@ use std::time::{Duration, SystemTime};
 use twox_hash::XxHash3_128;
 
 use crate::key::Key;
+use crate::read;
 use crate::say;
 
 /// The beginning of each entry: another version of this program may have another form.
-const BEGINNING: &[u8] = b"tx_run 2\n";
+const BEGINNING: &[u8] = b"tx_run 3\n";
 /// How much is kept: some programs of the size of a factory.
 const LIMIT: u64 = 512 << 20;
 /// When a file that was not finished belongs to nobody any more.
@@ -77,7 +78,7 @@ impl Cache {
         let write = || -> io::Result<()> {
             let mut rest = format!("{}\n", messages.len()).into_bytes();
             rest.extend_from_slice(messages);
-            rest.extend(fs::read(object)?);
+            read::more(File::open(object)?, &mut rest)?;
             let mut file = tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder)?;
             file.write_all(BEGINNING)?;
             file.write_all(format!("{:032x}\n", XxHash3_128::oneshot(&rest)).as_bytes())?;

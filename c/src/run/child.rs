@@ -36,9 +36,9 @@ pub(crate) fn run(
     arguments: &[OsString],
     build: &Path,
 ) -> Result<Ended, Sentence> {
-    let mut online = Online::new(build)?;
+    let online = Online::new(build)?;
     let mut command = Command::new(&program.path);
-    command.args(arguments).env(HOST, target.host()).env(online::VARIABLE, &online.path);
+    command.args(arguments).env(HOST, target.host()).env(online::VARIABLE, &online.folder);
     if cfg!(windows) {
         let before = env::var_os("PATH").unwrap_or_default();
         let own = std::iter::once(program.library_folder.clone());
@@ -51,7 +51,7 @@ pub(crate) fn run(
     let status = loop {
         match child.try_wait() {
             Ok(None) if online.is_left() => {
-                stop_left(&mut online, target).iter().for_each(|it| say(it))
+                stop_left(&online, target).iter().for_each(|it| say(it))
             }
             Ok(None) => thread::sleep(LOOK),
             Ok(Some(status)) => break Ok(status),
@@ -63,7 +63,7 @@ pub(crate) fn run(
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
     let (status, word) = end_of(&name, program.entry, status);
     let forks = end_forks(&program.path).then(|| format!("what {name} has left running was ended"));
-    let words = word.into_iter().chain(forks).chain(stop_left(&mut online, target)).collect();
+    let words = word.into_iter().chain(forks).chain(stop_left(&online, target)).collect();
     Ok(Ended { status, words })
 }
 
@@ -77,7 +77,7 @@ fn end_forks(_: &Path) -> bool {
 }
 
 /// Stops the controllers that the program has left, and returns what is to be said of it.
-fn stop_left(online: &mut Online, target: &Target) -> Vec<String> {
+fn stop_left(online: &Online, target: &Target) -> Vec<String> {
     // A simulated TXT ends with this process.
     let simulated = match target {
         Target::Host(_) => None,

@@ -31,14 +31,6 @@ impl Language {
         }
     }
 
-    /// The same for a text that the preprocessor has made.
-    fn option_for_text(self) -> &'static str {
-        match self {
-            Self::C => "cpp-output",
-            Self::Cpp => "c++-cpp-output",
-        }
-    }
-
     /// The environment variables with the compiler and with options for it.
     fn variables(self) -> [&'static str; 2] {
         match self {
@@ -165,7 +157,10 @@ impl Compiler {
         let Some(program) = key::known_compiler(program, &[options, flags].concat()) else {
             return Ok(None);
         };
-        let mut command = self.compile_text(Path::new("-"), Path::new("a.o"));
+        let mut command = self.compile(&[]);
+        self.add_source(&mut command, Path::new("-"));
+        // Otherwise it names files that are new each time.
+        command.args(["-c", "-save-temps=obj", "-o", "a.o"]);
         // What it says of files with options is in English then.
         let output = signals::output_of(command.env("LC_ALL", "C").arg("-###"))?;
         let commands = String::from_utf8(output.stderr).ok().filter(|_| output.status.success());
@@ -189,16 +184,23 @@ impl Compiler {
         command
     }
 
-    /// A command that compiles a preprocessed text, and leaves the assembler's text beside what it makes.
-    pub(crate) fn compile_text(&self, text: &Path, object: &Path) -> Command {
-        let mut command = self.compile(&[]);
-        command.args(["-x", self.language.option_for_text()]).arg(text);
-        if self.is_clang {
-            // It would read the files of the assembler's directives itself, and leave none of them in the text.
-            command.args(["-Xclang", "-no-integrated-as"]);
+    /// Options with which a source is compiled to the assembler's text. clang's own assembler would read the files of the
+    /// directives in it, and leave none of them in the text.
+    pub(crate) fn to_assembler(&self) -> &'static [&'static str] {
+        match self.is_clang {
+            true => &["-S", "-Xclang", "-no-integrated-as"],
+            false => &["-S"],
         }
-        // clang's assembler finds fault with what clang writes.
-        command.args(["-c", "-save-temps=obj", "-Wa,--no-warn", "-o"]).arg(object);
+    }
+
+    /// A command that makes an object of such a text.
+    pub(crate) fn assemble(&self, text: &Path, object: &Path) -> Command {
+        let mut command = self.compile(&[]);
+        if self.is_clang {
+            // The options that count only for a source.
+            command.arg("-Qunused-arguments");
+        }
+        command.args(["-c", "-x", "assembler"]).arg(text).arg("-o").arg(object);
         command
     }
 

@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::headers::{Headers, COMMON};
+use crate::read;
 use crate::sources::{Include, Own, OwnFiles};
 
 /// What an include means, and whether a compiler finds it without our help.
@@ -25,7 +26,7 @@ impl Meaning {
         match (&include.own, ours) {
             (Some(own), Some(ours)) if is_replaced(own, &name, headers) => {
                 // A program may name our own folders.
-                let is_same = fs::read(&own.file).ok() == fs::read(&ours).ok();
+                let is_same = read::file(&own.file).ok() == fs::read(&ours).ok();
                 let passed_over = (!is_same).then(|| own.file.clone());
                 Self::Ours { is_found: !own.is_beside && is_literal(&ours), ours, passed_over }
             }
@@ -57,7 +58,7 @@ fn is_replaced(own: &Own, name: &str, headers: &Headers) -> bool {
     if name != COMMON {
         return true;
     }
-    let text = fs::read(&own.file).unwrap_or_default();
+    let text = read::file(&own.file).unwrap_or_default();
     let text = String::from_utf8_lossy(&text);
     text.contains("typedef") && text.contains("UINT16")
 }

@@ -1,15 +1,16 @@
-//! What a compiled file depends on: the preprocessed text that it is compiled from, and which programs do that with which
-//! options. A file for which this may not be all has no key, and is compiled at each start.
+//! What a compiled file depends on: the preprocessed text of its source, and which programs compile it with which options. A file for which this may not be all has no key, and is compiled at each start.
 
 use std::collections::BTreeSet;
 use std::env;
 use std::ffi::{OsStr, OsString};
 use std::fmt::Write;
 use std::fs::{self, File};
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use twox_hash::XxHash3_128;
+
+use crate::read;
 
 /// The last words of the names of compilers that do nothing but what their options say. Others keep what they compile
 /// themselves (`zig`, `ccache`), or take options from elsewhere, as scripts do.
@@ -155,16 +156,21 @@ fn state_of(program: &Path) -> Option<String> {
     let mut beginning = [0; 64];
     File::open(program).and_then(|mut file| file.read_exact(&mut beginning)).ok()?;
     let data = fs::metadata(program).ok().filter(|_| beginning.contains(&0))?;
-    let changed = data.modified().ok()?;
+    Some(format!("{program:?} {}", changed(&data)?))
+}
+
+/// What changes when a file is written.
+fn changed(file: &fs::Metadata) -> Option<String> {
+    let modified = file.modified().ok()?;
     #[cfg(unix)]
     let more = {
         use std::os::unix::fs::MetadataExt;
         // No program can set this time back.
-        (data.dev(), data.ino(), data.ctime(), data.ctime_nsec())
+        (file.dev(), file.ino(), file.ctime(), file.ctime_nsec())
     };
     #[cfg(not(unix))]
     let more = ();
-    Some(format!("{program:?} {} {changed:?} {more:?}", data.len()))
+    Some(format!("{} {modified:?} {more:?}", file.len()))
 }
 
 /// The key of what is compiled from this text, and what else distinguishes it from others. `None` when the compiler reads a
@@ -198,17 +204,32 @@ pub(crate) fn with_fixed_name(text: &[u8], build: &Path) -> Vec<u8> {
     fixed
 }
 
-/// The files that a text is from, as they are written: with the comments and spaces that warnings depend on and show.
-pub(crate) fn files_of(text: &[u8]) -> Vec<u8> {
+/// The files that a text is from.
+pub(crate) struct Files {
+    /// What is in them: with the comments and spaces that warnings depend on and show.
+    pub(crate) written: Vec<u8>,
+    /// What changes whenever they are written.
+    pub(crate) states: String,
+}
+
+/// The files that a text is from, without those in the build folder, which nobody else writes.
+pub(crate) fn files_of(text: &[u8]) -> Result<Files, &'static str> {
     let lines = text.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"# "));
     let name = |line| {
         let (_, name) = std::str::from_utf8(line).ok()?.split_once('"')?;
         Some(name.rsplit_once('"')?.0.replace("\\\\", "\\"))
     };
     let names: BTreeSet<String> = lines.filter_map(name).collect();
-    let files = names.iter().filter(|name| Path::new(name).is_file());
-    // One that can't be read has no lines to show.
-    files.flat_map(|name| fs::read(name).unwrap_or_default()).collect()
+    let mut files = Files { written: Vec::new(), states: String::new() };
+    for file in names.iter().map(Path::new).filter(|file| file.is_file()) {
+        let _ = write!(files.states, "{:?} ", fs::metadata(file).ok().and_then(|it| changed(&it)));
+        // One that can't be read has no lines to show. A source may name any file by `#line`.
+        let read = File::open(file).and_then(|it| read::more(it, &mut files.written));
+        if read.is_err_and(|error| error.kind() == ErrorKind::FileTooLarge) {
+            return Err("the files that it is from have more than 100 MB");
+        }
+    }
+    Ok(files)
 }
 
 /// Whether the assembler reads a further file for this text, or may: a macro can put the directive together, and a

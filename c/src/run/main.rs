@@ -24,12 +24,15 @@ mod online;
 mod options;
 mod packages;
 mod program;
+mod read;
 mod show;
 mod signals;
 mod sources;
 mod stop;
 mod symbols;
 mod target;
+#[cfg(unix)]
+mod terminal;
 mod work;
 
 use std::env;
@@ -88,7 +91,12 @@ fn run(options: &Options) -> Result<i32, Sentence> {
     let target = target::Target::new(options)?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     say(&format!("{name}, {}, runs on {}", program.kind, target.describe()));
-    let ended = child::run(&program, &target, &options.arguments, build.path())?;
+    #[cfg(unix)]
+    terminal::remember();
+    let ended = child::run(&program, &target, &options.arguments, build.path());
+    #[cfg(unix)]
+    terminal::put_back();
+    let ended = ended?;
     // Nothing is left to do when nobody reads the last words.
     drop((target, build));
     ended.words.iter().for_each(|word| say(word));

@@ -1,70 +1,64 @@
-//! Which controllers the program has left with motors on. Its library writes down when a transfer has begun, and when
-//! its last exchange has switched all outputs off.
+//! Which controllers the program has left with motors on. While a transfer runs there is a file with its host, which the
+//! program's library removes when its last exchange has switched all outputs off.
 
-use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{self, Read};
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::{self, File};
+use std::io;
 use std::path::{self, Path, PathBuf};
 
 use ft_transfer_area::Error;
 
 use crate::stop;
 
-/// The environment variable with the file.
+/// The environment variable with the folder of these files.
 pub(crate) const VARIABLE: &str = "FT_TXT_TRANSFERS";
+/// The file in it that the library marks as long as its process lives.
+const MARK: &str = "mark";
 
 /// What the program and its children write down.
 pub(crate) struct Online {
-    pub(crate) path: PathBuf,
-    file: File,
-    /// What the notes that were read have left.
-    left: BTreeMap<String, String>,
+    pub(crate) folder: PathBuf,
+    #[cfg_attr(not(unix), allow(dead_code, reason = "nobody asks for the mark"))]
+    mark: File,
 }
 
 impl Online {
     pub(crate) fn new(folder: &Path) -> io::Result<Self> {
         // The program may change its folder.
-        let path = path::absolute(folder.join("transfers"))?;
-        let file = File::options().read(true).write(true).create_new(true).open(&path)?;
-        Ok(Self { path, file, left: BTreeMap::new() })
+        let folder = path::absolute(folder.join("transfers"))?;
+        fs::create_dir(&folder)?;
+        let mark = File::create_new(folder.join(MARK))?;
+        Ok(Self { folder, mark })
     }
 
-    /// The transfers that have begun and not ended, with their hosts. Those that were stopped from here, or could not be, are left
-    /// no more.
-    fn left(&mut self) -> &BTreeMap<String, String> {
-        let mut notes = String::new();
-        // Nobody but the library writes it, whole lines. What was read before is not read again.
-        let _ = self.file.read_to_string(&mut notes);
-        for note in notes.lines() {
-            match (note.strip_prefix('+').and_then(|begun| begun.split_once(' ')), note.get(1..)) {
-                (Some((id, host)), _) => _ = self.left.insert(id.to_owned(), host.to_owned()),
-                (None, Some(id)) => _ = self.left.remove(id),
-                (None, None) => {}
-            }
-        }
-        &self.left
+    /// The files of transfers that have begun and not ended, with their hosts.
+    fn left(&self) -> BTreeMap<PathBuf, String> {
+        let files = fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let files = files.filter(|file| file.file_name() != MARK).map(|file| file.path());
+        // One without a host is of a transfer that still has to begin, and one that is gone of one that has ended.
+        let host = |file: &PathBuf| fs::read_to_string(file).ok().filter(|host| !host.is_empty());
+        files.filter_map(|file| host(&file).map(|host| (file, host))).collect()
     }
 
-    /// Sends a last exchange to each controller that was left, except to this one.
-    pub(crate) fn stop_left(&mut self, but: Option<&str>) -> Vec<Result<(), Error>> {
-        self.left();
-        let left = std::mem::take(&mut self.left);
-        let mut hosts: Vec<&str> = left.values().map(String::as_str).collect();
-        hosts.sort_unstable();
-        hosts.dedup();
-        let hosts = hosts.into_iter().filter(|host| Some(*host) != but);
-        hosts.map(stop::stop).collect()
+    /// Sends a last exchange to each controller that was left, except to this one. They are left no more then, also
+    /// those that could not be stopped.
+    pub(crate) fn stop_left(&self, but: Option<&str>) -> Vec<Result<(), Error>> {
+        let left = self.left();
+        left.keys().for_each(|file| _ = fs::remove_file(file));
+        let hosts: BTreeSet<&str> = left.values().map(String::as_str).collect();
+        hosts.into_iter().filter(|host| Some(*host) != but).map(stop::stop).collect()
     }
 
     /// Whether transfers are left that no process has any more: the program has ended, or has become another one.
     #[cfg(unix)]
-    pub(crate) fn is_left(&mut self) -> bool {
+    pub(crate) fn is_left(&self) -> bool {
+        // In this order: the library marks the file first.
         !self.left().is_empty() && !self.is_marked()
     }
 
     /// Programs do not become others.
     #[cfg(not(unix))]
-    pub(crate) fn is_left(&mut self) -> bool {
+    pub(crate) fn is_left(&self) -> bool {
         false
     }
 
@@ -76,27 +70,28 @@ impl Online {
         let mut mark: libc::flock = unsafe { std::mem::zeroed() };
         mark.l_type = libc::F_WRLCK as _;
         // SAFETY: the file is open, and the mark is this function's. It only asks.
-        let asked = unsafe { libc::fcntl(self.file.as_raw_fd(), libc::F_GETLK, &raw mut mark) };
+        let asked = unsafe { libc::fcntl(self.mark.as_raw_fd(), libc::F_GETLK, &raw mut mark) };
         asked == -1 || mark.l_type != libc::F_UNLCK as _
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::io::Write;
-
     use super::*;
 
     #[test]
     fn what_has_begun_and_not_ended_is_left() {
         let folder = tempfile::tempdir().unwrap();
-        let mut online = Online::new(folder.path()).unwrap();
-        let left = |online: &mut Online| online.left().values().cloned().collect::<Vec<_>>();
-        assert_eq!(left(&mut online), [""; 0]);
-        let mut library = File::options().append(true).open(&online.path).unwrap();
-        library.write_all(b"+7.0 auto\n+7.1 10.0.0.7:65000\n-7.0\n\n-9.9\n").unwrap();
-        assert_eq!(left(&mut online), ["10.0.0.7:65000"]);
+        let online = Online::new(folder.path()).unwrap();
+        let left = || online.left().into_values().collect::<Vec<_>>();
+        let note = |name, host| fs::write(online.folder.join(name), host).unwrap();
+        assert_eq!(left(), [""; 0]);
+        note("7.0", "auto");
+        note("7.1", "10.0.0.7:65000");
+        note("7.2", "");
+        assert_eq!(left(), ["auto", "10.0.0.7:65000"]);
+        fs::remove_file(online.folder.join("7.0")).unwrap();
         assert!(online.stop_left(Some("10.0.0.7:65000")).is_empty());
-        assert_eq!(left(&mut online), [""; 0]);
+        assert_eq!(left(), [""; 0]);
     }
 }

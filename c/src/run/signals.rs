@@ -1,11 +1,11 @@
 //! Signals to this process, which compilers and the program get too.
 
-use std::process::{self, Command, Output, Stdio};
+use std::process::{self, Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 use std::{io, thread};
 
-use crate::Sentence;
+use crate::{read, Sentence};
 
 #[cfg(unix)]
 use unix::came;
@@ -57,7 +57,14 @@ fn end_unread_words() {
         thread::sleep(LOOK);
         looks = if WRITING.load(Ordering::SeqCst) > 0 { looks + 1 } else { 0 };
     }
-    process::exit(1);
+    end_now();
+}
+
+/// Ends this process at once.
+fn end_now() -> ! {
+    #[cfg(unix)]
+    crate::terminal::put_back();
+    process::exit(1)
 }
 
 /// Runs a compiler, and returns what it has said. A script starts others, which get signals, too.
@@ -66,15 +73,37 @@ pub(crate) fn output_of(command: &mut Command) -> Result<Output, Sentence> {
     std::os::unix::process::CommandExt::process_group(command, 0);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut run = || -> io::Result<Output> {
-        let child = command.spawn()?;
+        let mut child = command.spawn()?;
         let id = pass_on_to_group(&child);
-        let output = child.wait_with_output();
+        let texts = read_texts(&mut child);
+        if texts.is_err() {
+            // What it has started ends when nobody reads any more.
+            let _ = child.kill();
+        }
+        let status = child.wait();
         stop_passing_on(id);
-        output
+        let (stdout, stderr) = texts?;
+        Ok(Output { status: status?, stdout, stderr })
     };
     let output = run();
     let name = command.get_program().to_string_lossy();
-    output.map_err(|error| format!("the compiler {name} can't be started: {error}").into())
+    output.map_err(|error| match error.kind() {
+        io::ErrorKind::FileTooLarge => format!("the output of {name} has more than 100 MB").into(),
+        _ => format!("the compiler {name} can't be started: {error}").into(),
+    })
+}
+
+/// Reads what a compiler writes to both outputs.
+fn read_texts(child: &mut Child) -> io::Result<(Vec<u8>, Vec<u8>)> {
+    let (out, errors) = (child.stdout.take(), child.stderr.take());
+    let (mut text, mut said) = (Vec::new(), Vec::new());
+    thread::scope(|scope| {
+        let read_errors = || errors.map_or(Ok(()), |errors| read::more(errors, &mut said));
+        let reader = thread::Builder::new().spawn_scoped(scope, read_errors)?;
+        out.map_or(Ok(()), |out| read::more(out, &mut text))?;
+        reader.join().unwrap_or_else(|_| Err(io::ErrorKind::Other.into()))
+    })?;
+    Ok((text, said))
 }
 
 /// What a program on Windows has crashed with, or was ended by. There it is the exit status: an NTSTATUS.
@@ -99,7 +128,7 @@ fn name_of_status(code: i32) -> Option<&'static str> {
 #[cfg(unix)]
 mod unix {
     use std::os::unix::process::ExitStatusExt;
-    use std::process::{self, Child, ExitStatus};
+    use std::process::{Child, ExitStatus};
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
     use std::time::{Duration, Instant};
@@ -157,7 +186,7 @@ mod unix {
             }
             let has_program = super::HAS_PROGRAM.load(Ordering::SeqCst);
             if is_second && (!has_program || super::WRITING.load(Ordering::SeqCst) > 0) {
-                process::exit(1);
+                super::end_now();
             }
         }
     }

@@ -7,6 +7,7 @@ use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 
 use crate::headers;
+use crate::read;
 
 /// An include in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -59,7 +60,7 @@ impl OwnFiles {
     ) -> Result<Self, (PathBuf, io::Error)> {
         let mut own = Self::default();
         for source in sources {
-            let text = fs::read(source).map_err(|error| (source.to_owned(), error))?;
+            let text = read::file(source).map_err(|error| (source.to_owned(), error))?;
             own.add(source, text, folders);
         }
         Ok(own)
@@ -79,7 +80,7 @@ impl OwnFiles {
             // A kit's header means the same whatever the copy beside the program says.
             let followed = include.own.as_ref().filter(|_| !headers::is_of_a_kit(&include.name()));
             // A header that can't be read is the compiler's to complain about.
-            if let Some((own, Ok(text))) = followed.map(|own| (own, fs::read(&own.file))) {
+            if let Some((own, Ok(text))) = followed.map(|own| (own, read::file(&own.file))) {
                 self.add(&own.file, text, folders);
             }
             includes.push(include);

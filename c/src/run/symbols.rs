@@ -1,9 +1,9 @@
 //! The functions in compiled files that show how a program begins.
 
-use std::fs;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use object::{Object, ObjectSymbol};
+use object::{Object, ObjectSymbol, ReadCache};
 
 use crate::Sentence;
 
@@ -37,8 +37,9 @@ pub(crate) fn entry(
 
 impl Found {
     fn add(&mut self, source: &Path, object: &Path) -> Result<(), Sentence> {
-        let bytes = fs::read(object)?;
-        let file = object::File::parse(&*bytes).map_err(|error| {
+        // It may be large.
+        let parts = ReadCache::new(File::open(object)?);
+        let file = object::File::parse(&parts).map_err(|error| {
             format!("what the compiler has made of {} is unknown: {error}", source.display())
         })?;
         for symbol in file.symbols().filter(|symbol| symbol.is_definition() && symbol.is_global()) {

@@ -1,7 +1,6 @@
 //! Compiles sources, several at the same time, as far as the cache does not have them.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -18,6 +17,7 @@ use crate::kind::Kind;
 use crate::link::folder_of;
 use crate::options::Options;
 use crate::packages;
+use crate::read;
 use crate::signals;
 use crate::sources::{Include, OwnFiles};
 use crate::{pass_on, say, Sentence};
@@ -121,44 +121,39 @@ struct Unit<'a> {
 }
 
 /// A source after the preprocessor.
+#[derive(PartialEq, Eq)]
 struct Text {
-    text: Vec<u8>,
     key: Key,
-    /// Whether the preprocessor has said nothing.
-    is_silent: bool,
+    /// Of its files. One that changes and changes back while it is compiled has another one.
+    states: String,
 }
 
 impl Unit<'_> {
-    /// Compiles the source, or rather the text that its key is of, so that both belong together whatever changes
-    /// meanwhile.
+    /// Compiles the source. What is made of it is kept if neither its text nor its files have changed meanwhile.
     fn compile(&self, object: &Path) -> Result<(), Sentence> {
-        let Some(text) = self.text()? else { return self.compile_source(object).map(drop) };
+        let Some(text) = self.text()? else {
+            return self.compile_source(&["-c"], object).map(drop);
+        };
         if let Some(messages) = self.cache.take(text.key, object) {
             pass_on(&messages);
             return Ok(());
         }
-        let place = object.with_extension("i");
-        fs::write(&place, &text.text)?;
-        let mut command = self.compiler.compile_text(&place, object);
-        let output = signals::output_of(command.args(self.more_options()))?;
-        if !output.status.success() {
-            return self.compile_source(object).map(drop);
+        let assembler = object.with_extension("s");
+        let messages = self.compile_source(self.compiler.to_assembler(), &assembler)?;
+        let mut command = self.compiler.assemble(&assembler, object);
+        if !signals::output_of(&mut command)?.status.success() {
+            return self.compile_source(&["-c"], object).map(drop);
         }
-        // Only from the source itself come messages that show its lines as they are written.
-        let messages = match text.is_silent && output.stderr.is_empty() {
-            true => Vec::new(),
-            false => self.compile_source(&object.with_extension("aside.o"))?,
-        };
-        let assembler = fs::read(object.with_extension("s"));
-        if assembler.is_ok_and(|text| !key::reads_files(&text)) {
+        let is_all = read::file(&assembler).is_ok_and(|text| !key::reads_files(&text));
+        if is_all && self.text()?.as_ref() == Some(&text) {
             self.cache.add(text.key, object, &messages);
         }
         Ok(())
     }
 
-    /// Compiles the source as it is now, and returns what the compiler says.
-    fn compile_source(&self, object: &Path) -> Result<Vec<u8>, Sentence> {
-        let output = signals::output_of(self.command().arg("-c").arg("-o").arg(object))?;
+    /// Compiles the source as it is now to what these options say, and returns what the compiler says.
+    fn compile_source(&self, options: &[&str], to: &Path) -> Result<Vec<u8>, Sentence> {
+        let output = signals::output_of(self.command().args(options).arg("-o").arg(to))?;
         pass_on(&output.stderr);
         if output.status.success() {
             return Ok(output.stderr);
@@ -203,16 +198,17 @@ impl Unit<'_> {
         else {
             return Ok(None);
         };
-        let output = signals::output_of(self.command().arg("-E"))?;
+        let too_much = |error| format!("{}: {error}", self.path().display());
+        let output = signals::output_of(self.command().arg("-E")).map_err(too_much)?;
         if !output.status.success() {
             return Ok(None);
         }
         let [text, said] =
             [output.stdout, output.stderr].map(|it| key::with_fixed_name(&it, &self.plan.build));
-        let written = key::files_of(&text);
+        let files = key::files_of(&text).map_err(|error| too_much(error.into()))?;
         let options = self.more_options().concat();
-        let others = [compiler.as_bytes(), options.as_bytes(), &said, &written];
+        let others = [compiler.as_bytes(), options.as_bytes(), &said, &files.written];
         let key = key::of(&text, &others);
-        Ok(key.map(|key| Text { text, key, is_silent: said.is_empty() }))
+        Ok(key.map(|key| Text { key, states: files.states }))
     }
 }

@@ -1,12 +1,6 @@
 //! How programs end that were started by hand, without `tx_run`.
 
-use std::fs::File;
-use std::io::{Read, Write};
-use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
-use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::Child;
-use std::ptr;
 use std::sync::OnceLock;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -16,6 +10,12 @@ use ft_transfer_area_simulator::SimulatedTxt;
 use super::support::{
     command, compile, set_input, simulated, wait_duty, wait_stopped, wait_until, Running, DEADLINE,
 };
+use crate::terminal::AtTerminal;
+
+/// The program at a terminal.
+fn at_terminal(program: &Path, txt: &SimulatedTxt, how: &str) -> AtTerminal {
+    AtTerminal::start(command(program, &txt.address().to_string()).arg(how))
+}
 
 fn program() -> Option<&'static PathBuf> {
     static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
@@ -173,89 +173,13 @@ fn what_a_program_prints_without_an_output_does_not_go_to_the_controller() {
 fn a_program_that_takes_ctrl_c_itself_gets_it_after_kbhit() {
     let Some(program) = program() else { return };
     let txt = simulated().start().unwrap();
-    let mut running = AtTerminal::start(program, &txt, "keys and takes");
+    let mut running = at_terminal(program, &txt, "keys and takes");
     running.expect("turns");
-    running.keyboard.write_all(b"\x03").unwrap();
+    running.press("\x03");
     running.expect("taken");
     set_input(&txt, 0, 1);
     wait("it has ended", || running.child.try_wait().unwrap().is_some());
     wait_stopped(&txt);
-}
-
-/// A program at a terminal.
-struct AtTerminal {
-    child: Child,
-    /// Where somebody sits.
-    keyboard: File,
-    /// Where the program is.
-    terminal: File,
-}
-
-impl AtTerminal {
-    fn start(program: &Path, txt: &SimulatedTxt, how: &str) -> Self {
-        let (mut outer, mut inner) = (0, 0);
-        // SAFETY: the places for the two ends are this function's.
-        let opened = unsafe {
-            libc::openpty(&mut outer, &mut inner, ptr::null_mut(), ptr::null_mut(), ptr::null_mut())
-        };
-        assert_eq!(opened, 0);
-        // SAFETY: nobody else has them.
-        let [keyboard, terminal] = [outer, inner].map(|end| unsafe {
-            libc::fcntl(end, libc::F_SETFD, libc::FD_CLOEXEC);
-            File::from(OwnedFd::from_raw_fd(end))
-        });
-        let mut command = command(program, &txt.address().to_string());
-        let ends = [(); 3].map(|()| terminal.try_clone().unwrap());
-        let [input, output, errors] = ends;
-        command.arg(how).stdin(input).stdout(output).stderr(errors);
-        // SAFETY: two system calls without pointers.
-        unsafe {
-            command.pre_exec(|| {
-                libc::setsid();
-                libc::ioctl(libc::STDIN_FILENO, libc::TIOCSCTTY as _, 0);
-                Ok(())
-            });
-        }
-        Self { child: command.spawn().unwrap(), keyboard, terminal }
-    }
-
-    /// Waits until the program has printed this.
-    fn expect(&mut self, text: &str) {
-        let mut seen = Vec::new();
-        let mut byte = [0];
-        while !String::from_utf8_lossy(&seen).contains(text) {
-            assert!(self.is_readable(), "never: {text:?}");
-            self.keyboard.read_exact(&mut byte).unwrap();
-            seen.push(byte[0]);
-        }
-    }
-
-    /// Waits until there is something to read.
-    fn is_readable(&self) -> bool {
-        let fd = self.keyboard.as_raw_fd();
-        let mut keyboard = libc::pollfd { fd, events: libc::POLLIN, revents: 0 };
-        // SAFETY: the place is this function's.
-        unsafe { libc::poll(&mut keyboard, 1, DEADLINE.as_millis() as libc::c_int) == 1 }
-    }
-
-    /// Whether keys are shown and wait for the end of their line.
-    fn has_lines(&self) -> bool {
-        // SAFETY: all bits 0 are such a struct, and it is there.
-        let settings = unsafe {
-            let mut settings: libc::termios = std::mem::zeroed();
-            assert_eq!(libc::tcgetattr(self.terminal.as_raw_fd(), &mut settings), 0);
-            settings
-        };
-        settings.c_lflag & (libc::ICANON | libc::ECHO) == libc::ICANON | libc::ECHO
-    }
-}
-
-impl Drop for AtTerminal {
-    fn drop(&mut self) {
-        // Nothing is left behind by a test that has failed.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
 }
 
 #[test]
@@ -263,11 +187,11 @@ fn ctrl_c_stops_the_motors_and_gives_the_terminal_back_after_kbhit() {
     let Some(program) = program() else { return };
     for (how, word) in [("keys", "turns"), ("keys later", "keys")] {
         let txt = simulated().start().unwrap();
-        let mut running = AtTerminal::start(program, &txt, how);
+        let mut running = at_terminal(program, &txt, how);
         running.expect(word);
         wait_duty(&txt, 0, 512);
         assert!(!running.has_lines(), "{how}");
-        running.keyboard.write_all(b"\x03").unwrap();
+        running.press("\x03");
         wait("it has ended", || running.child.try_wait().unwrap().is_some());
         wait_stopped(&txt);
         assert!(running.has_lines(), "{how}");

@@ -1,8 +1,9 @@
 //! What can't be run is answered with a sentence.
 
 use std::fs;
+use std::process::Command;
 
-use super::support::{has_compiler, make_pipe, program, tx_run, Run};
+use super::support::{has_compiler, make_pipe, program, tx_run, write, Run};
 
 const TIC: &str = "#include \"ROBO_TX_PRG.h\"\nint PrgTic(TA *p, int n) { return 0; }\n";
 const INIT: &str = "#include \"ROBO_TX_PRG.h\"\nvoid PrgInit(TA *p, int n) { }\n";
@@ -46,6 +47,48 @@ fn a_name_in_capital_letters_is_c() {
     fs::write(&path, "int main(void) { int class = 0; return class; }\n").unwrap();
     Run::start(tx_run(&[]).arg(path)).end().well();
 }
+
+#[test]
+fn more_text_than_a_program_has_is_not_read() {
+    if !has_compiler() {
+        return;
+    }
+    const MORE: u64 = 101 << 20;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let run = |named: &str, compiler: &str| {
+        let mut command = tx_run(&[named, "--world", "none"]);
+        command.current_dir(path).env("XDG_CACHE_HOME", path.join("cache")).env("CC", compiler);
+        Run::start(&mut command).end()
+    };
+    fs::File::create(path.join("large.c")).unwrap().set_len(MORE).unwrap();
+    run("large.c", "cc").badly("large.c can't be read: it has more than 100 MB");
+    // Any file may be named there.
+    write(path, "named.c", "int main(void) { return 0; }\n#line 1 \"large.c\"\n");
+    run("named.c", "cc").badly("named.c: the files that it is from have more than 100 MB");
+    write(path, "a.c", "int main(void) { return 0; }\n");
+    write(path, "cc.c", PADS);
+    let compiled = Command::new("cc").current_dir(path).args(["-w", "cc.c", "-o", "cc"]).status();
+    assert!(compiled.unwrap().success());
+    run("a.c", "./cc").badly("a.c: the output of ./cc has more than 100 MB");
+}
+
+/// A compiler whose preprocessor writes many empty lines.
+const PADS: &str = r#"
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+int main(int n, char **v) {
+    int i;
+    for (i = 1; i < n; i++)
+        if (!strcmp(v[i], "-E") && strcmp(v[n - 1], "-"))
+            for (i = 0; i < 101 << 20; i++) putchar('\n');
+    fflush(stdout);
+    v[0] = "cc";
+    execvp("cc", v);
+    return 9;
+}
+"#;
 
 #[test]
 fn messages_of_the_compiler_are_passed_on() {

@@ -325,7 +325,7 @@ fn a_change_that_the_compiler_sees_is_seen() {
     });
 }
 
-/// The compiler sees another header than the preprocessor did, which is there again when it is done.
+/// The compiler sees another header than the preprocessor did, which is there again when it is done. That is not kept.
 #[test]
 fn a_header_that_changes_for_a_moment_leaves_nothing_wrong() {
     if !has_compiler() {
@@ -337,14 +337,16 @@ fn a_header_that_changes_for_a_moment_leaves_nothing_wrong() {
     compile(&path.join("cc.c"), &path.join("cc"));
     write(path, "a.c", BY_HEADER);
     write(path, "h.h", ONE);
-    for _ in 0..2 {
+    write(path, "changes", "");
+    for kept in [0, 1] {
         let mut command = tx_run(&["a.c", "--world", "none"]);
         command.current_dir(path).env("XDG_CACHE_HOME", path.join("cache")).env("CC", "./cc");
         let ended = Run::start(&mut command).end();
-        assert_eq!(ended.status, Some(1), "{}", ended.err);
+        assert_eq!(ended.status, Some(2 - kept), "{}", ended.err);
         assert_eq!(fs::read_to_string(path.join("h.h")).unwrap(), ONE);
+        assert_eq!(fs::read_dir(path.join("cache/tx_run")).unwrap().count(), kept as usize);
+        let _ = fs::remove_file(path.join("changes"));
     }
-    assert_eq!(fs::read_dir(path.join("cache/tx_run")).unwrap().count(), 1);
 }
 
 const CHANGES_HEADER: &str = r##"
@@ -359,7 +361,8 @@ static void put(const char *text) {
 }
 int main(int n, char **v) {
     int i, compiles = 0, status = 0;
-    for (i = 1; i < n; i++) compiles |= !strcmp(v[i], "-c");
+    for (i = 1; i < n; i++) compiles |= !strcmp(v[i], "-S");
+    compiles = compiles && access("changes", F_OK) == 0;
     if (compiles) put("#define V 2\n");
     if (fork() == 0) { v[0] = "cc"; execvp("cc", v); _exit(9); }
     wait(&status);
@@ -394,6 +397,40 @@ fn a_comment_in_a_header_counts_for_warnings() {
         for _ in 0..2 {
             assert_eq!(warns(), comment.is_empty());
         }
+    }
+}
+
+/// What the preprocessor leaves of a source has other spaces, and the places of what stands in its macros.
+#[test]
+fn warnings_are_those_of_the_source() {
+    if !has_compiler() || !has_gcc() {
+        return;
+    }
+    let cases = [
+        (
+            "int f(int x) {\n    if (x)\n        return 1;\n        x = 3;\n    return x;\n}\n\
+             int main(void) { return f(0) - 3; }\n",
+            "-Wmisleading-indentation",
+            "a.c:2:5: ",
+        ),
+        (
+            "#include <stddef.h>\nint main(int n, char **v) { return   n == NULL; }\n",
+            "",
+            "a.c:2:40: ",
+        ),
+    ];
+    for (source, flags, place) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        write(path, "a.c", source);
+        for _ in 0..2 {
+            let mut command = tx_run(&["a.c", "--world", "none"]);
+            command.current_dir(path).env("XDG_CACHE_HOME", path.join("cache"));
+            let ended = Run::start(command.env("CC", "gcc").env("CFLAGS", flags)).end();
+            ended.well();
+            assert!(ended.err.contains(&format!("{place}warning: ")), "{}", ended.err);
+        }
+        assert_eq!(fs::read_dir(path.join("cache/tx_run")).unwrap().count(), 1);
     }
 }
 

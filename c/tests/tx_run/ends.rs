@@ -227,6 +227,20 @@ fn a_program_that_is_killed_is_followed_by_an_exchange_that_stops_everything() {
 }
 
 #[test]
+fn what_is_noted_of_transfers_does_not_grow_with_their_number() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let ended = run_on(&txt, "restarts.c", "").end();
+    ended.badly("tx_run has sent it: all outputs are off");
+    let notes: Vec<&str> = ended.out.lines().filter(|line| line.starts_with("notes")).collect();
+    assert_eq!(notes.len(), 30, "{ended:#?}");
+    assert!(notes.iter().all(|line| *line == notes[0]), "{notes:#?}");
+    wait_stopped(&txt);
+}
+
+#[test]
 fn a_controller_that_can_not_be_stopped_is_told() {
     if !has_compiler() {
         return;

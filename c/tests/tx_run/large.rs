@@ -62,11 +62,8 @@ impl Line {
         let log = self.path().join("log");
         let text = fs::read_to_string(&log).unwrap_or_default();
         let _ = fs::remove_file(log);
-        // What is kept is compiled from a text such as `1_axis.i`.
-        let name_of = |line: &str| {
-            let name = Path::new(line).file_stem().unwrap().to_str().unwrap();
-            name.trim_start_matches(|c: char| c.is_ascii_digit() || c == '_').to_owned()
-        };
+        let name_of =
+            |line: &str| Path::new(line).file_stem().unwrap().to_str().unwrap().to_owned();
         let mut names: Vec<String> = text.lines().map(name_of).collect();
         names.sort();
         names
@@ -88,10 +85,10 @@ const COMPILER: &str = r#"
 int main(int n, char **v) {
     int i, compiles = 0;
     FILE *log = fopen(getenv("LOG"), "a");
-    for (i = 1; i < n; i++) compiles |= !strcmp(v[i], "-c");
+    for (i = 1; i < n; i++) compiles |= !strcmp(v[i], "-c") || !strcmp(v[i], "-S");
     for (i = 1; compiles && i < n; i++) {
         char *end = strrchr(v[i], '.');
-        if (end && (!strcmp(end, ".c") || !strcmp(end, ".cpp") || !strcmp(end, ".i"))) fprintf(log, "%s\n", v[i]);
+        if (end && (!strcmp(end, ".c") || !strcmp(end, ".cpp"))) fprintf(log, "%s\n", v[i]);
     }
     fclose(log);
     v[0] = strrchr(v[0], '/') + 1;
@@ -211,7 +208,7 @@ fn a_broken_cache_is_made_again() {
     let entries = line.cached();
     assert_eq!(entries.len(), 3);
     fs::write(&entries[0], "").unwrap();
-    fs::write(&entries[1], "tx_run 2\nnonsense\n").unwrap();
+    fs::write(&entries[1], "tx_run 3\nnonsense\n").unwrap();
     let mut bytes = fs::read(&entries[2]).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     fs::write(&entries[2], bytes).unwrap();
@@ -308,8 +305,7 @@ fn warnings_are_shown_at_each_start() {
         ended.well();
         assert!(ended.err.contains("look here"), "{}", ended.err);
     }
-    // Once for what is kept, and once to show the lines as they are written.
-    assert_eq!(line.compiled(), ["a", "a"]);
+    assert_eq!(line.compiled(), ["a"]);
 }
 
 #[test]

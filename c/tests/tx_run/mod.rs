@@ -10,5 +10,6 @@ mod large;
 mod machine;
 mod sources;
 mod support;
+mod terminal;
 mod tics;
 mod unread;

@@ -1,0 +1,25 @@
+//! Reads no more than programs have.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+/// Far more than a source has with all its headers.
+const MOST: usize = 100 << 20;
+
+/// Reads a file.
+pub(crate) fn file(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    more(File::open(path)?, &mut bytes)?;
+    Ok(bytes)
+}
+
+/// Reads all that comes behind what was read before; an error if both together are too much.
+pub(crate) fn more(from: impl Read, bytes: &mut Vec<u8>) -> io::Result<()> {
+    let room = (MOST + 1).saturating_sub(bytes.len());
+    from.take(room as u64).read_to_end(bytes)?;
+    match bytes.len() > MOST {
+        true => Err(io::Error::new(io::ErrorKind::FileTooLarge, "it has more than 100 MB")),
+        false => Ok(()),
+    }
+}

@@ -1,0 +1,32 @@
+//! The terminal is as it was before, however a program ends.
+
+use super::support::{has_compiler, program, tx_run};
+use crate::terminal::AtTerminal;
+
+/// A program that has changed the settings, and got the key `q`.
+fn with_keys(flags: &str) -> AtTerminal {
+    let mut command = tx_run(&["--world", "none"]);
+    command.arg(program("keys.c")).env("CFLAGS", flags);
+    let mut run = AtTerminal::start(&mut command);
+    run.expect("no key");
+    assert!(!run.has_lines(), "{flags}");
+    run.press("q");
+    run
+}
+
+#[test]
+fn a_program_that_does_not_put_the_settings_of_the_terminal_back_leaves_them_as_they_were() {
+    if !has_compiler() {
+        return;
+    }
+    for (flags, status) in [("-DKILLED", 1), ("-DLEFT", 4)] {
+        let mut run = with_keys(flags);
+        assert_eq!(run.end("").code(), Some(status), "{flags}");
+        assert!(run.has_lines(), "{flags}");
+    }
+    let mut run = with_keys("");
+    run.expect("goes on");
+    // A second one ends it.
+    assert_eq!(run.end("\x03").code(), Some(1));
+    assert!(run.has_lines());
+}
