@@ -60,6 +60,8 @@ pub(crate) enum Gone {
     Silent,
     /// The controller has ended the connection, and no program has come back.
     Lost,
+    /// The controller has not answered the program's StopOnline, and no program has come back.
+    Unanswered,
     /// `txt watch` itself ends.
     Watch,
 }
@@ -72,6 +74,7 @@ impl Gone {
             Self::Reset => "reset",
             Self::Silent => "silent",
             Self::Lost => "lost",
+            Self::Unanswered => "unanswered",
             Self::Watch => "watch_ends",
         }
     }
@@ -89,6 +92,9 @@ impl fmt::Display for Gone {
             }
             Self::Lost => f.write_str(
                 "the controller has ended the connection of a program that was online, and none has come back",
+            ),
+            Self::Unanswered => f.write_str(
+                "the controller has not answered the program's StopOnline, and no program has come back",
             ),
             Self::Watch => f.write_str("txt watch ends while a program is online"),
         }
@@ -127,10 +133,8 @@ pub(crate) enum Happened {
         gone: Gone,
         error: Option<io::Error>,
     },
-    /// Online mode has ended, by the program or without it.
-    Offline {
-        by_program: bool,
-    },
+    /// Online mode has ended.
+    Offline(Farewell),
     Cycle(Box<Cycle>),
     Picture(CameraFrame),
     I2c(I2cExchange),
@@ -150,6 +154,33 @@ pub(crate) enum Happened {
     /// This computer was too busy to look at all that has passed on this connection.
     Missed,
 }
+
+/// How a program has ended online mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Farewell {
+    /// The controller has answered StopOnline.
+    Answered,
+    /// StopOnline was sent. Whether the controller has received it, and what came before it, nobody knows.
+    Unanswered,
+    /// StopOnline was not sent.
+    #[default]
+    Missing,
+}
+
+impl Farewell {
+    /// For programs.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Answered => "answered",
+            Self::Unanswered => "unanswered",
+            Self::Missing => "missing",
+        }
+    }
+}
+
+/// [`Farewell::Unanswered`] as a sentence for people.
+pub(crate) const FAREWELL_UNANSWERED: &str =
+    "the controller has not answered StopOnline, so nobody knows whether it has received it: motors may go on";
 
 /// Bytes that are no packet of the kit, as far as they came at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

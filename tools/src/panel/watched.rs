@@ -16,7 +16,8 @@ use super::state::{
 };
 use crate::commands::stop_all;
 use crate::seen::{
-    halted, missed, no_answer, not_understood, Cycle, Happened, I2cExchange, Line, Seen,
+    halted, missed, no_answer, not_understood, Cycle, Farewell, Happened, I2cExchange, Line, Seen,
+    FAREWELL_UNANSWERED,
 };
 
 /// Of how many answers the median is shown.
@@ -125,9 +126,9 @@ impl Watched {
             // What follows is only about the connection that drives.
             _ if !is_shown => {}
             Happened::Command(_) => self.commands += 1,
-            Happened::Offline { by_program } => {
+            Happened::Offline(farewell) => {
                 self.drives = None;
-                self.gaps += u64::from(!by_program);
+                self.gaps += u64::from(*farewell != Farewell::Answered);
                 self.histogram.interrupt();
             }
             Happened::Cycle(cycle) => self.cycle(seen.at, cycle),
@@ -234,6 +235,9 @@ fn problem(seen: &Seen) -> Option<Problem> {
             let code = if error.is_none() { "halted" } else { "halt_failed" };
             (code, halted(*gone, error.as_ref()))
         }
+        Happened::Offline(Farewell::Unanswered) => {
+            ("stop_online_unanswered", FAREWELL_UNANSWERED.to_owned())
+        }
         Happened::Unknown(unknown) => ("unknown", format!("{unknown}; it is passed on")),
         Happened::NoAnswer { command, since } => {
             (NO_ANSWER, no_answer(*command, seen.at.saturating_duration_since(*since)))
@@ -247,7 +251,7 @@ fn problem(seen: &Seen) -> Option<Problem> {
         | Happened::Controller { .. }
         | Happened::Command(_)
         | Happened::Online
-        | Happened::Offline { .. }
+        | Happened::Offline(Farewell::Answered | Farewell::Missing)
         | Happened::Cycle(_)
         | Happened::Picture(_)
         | Happened::I2c(_) => return None,

@@ -17,7 +17,7 @@ use serde_json::{json, Map, Value};
 use crate::commands::Pair;
 use crate::print;
 use crate::queue::{queue, Put, Take};
-use crate::seen::{Cycle, Happened, Seen, Unknown, MISSED};
+use crate::seen::{Cycle, Farewell, Happened, Seen, Unknown, MISSED};
 use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
 /// How many bytes of lines may wait for their reader. A line may have hundreds of thousands.
@@ -110,8 +110,9 @@ impl Changes {
             Happened::Halted { gone, error } => {
                 json!({"what": "outputs_off", "because": gone.name(), "done": error.is_none(), "why": error.as_ref().map(ToString::to_string)})
             }
-            Happened::Offline { by_program } => {
-                json!({"what": "offline", "by_program": by_program})
+            Happened::Offline(farewell) => {
+                let by_program = *farewell == Farewell::Answered;
+                json!({"what": "offline", "by_program": by_program, "stop_online": farewell.name()})
             }
             Happened::Picture(frame) => {
                 json!({"what": "picture", "number": frame.sequence, "width": frame.width, "height": frame.height, "bytes": frame.data.len()})

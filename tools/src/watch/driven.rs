@@ -113,7 +113,7 @@ impl Driven {
         self.drives
     }
 
-    /// Whether that is so when the controller says nothing more: a farewell without an answer may not have reached it.
+    /// Whether that is so when the connection ends: a farewell without an answer may not have reached the controller.
     pub(super) fn has_left_on(&self) -> bool {
         self.drives || self.leaves
     }

@@ -37,7 +37,9 @@ use crate::interrupt::{self, Driving};
 use crate::panel::pages::{self, Watched};
 use crate::program::{Program, Reads};
 use crate::recording::output::{incomplete, Output};
-use crate::seen::{halted, missed, no_answer, not_understood, Happened, Seen};
+use crate::seen::{
+    halted, missed, no_answer, not_understood, Farewell, Happened, Seen, FAREWELL_UNANSWERED,
+};
 use crate::web::browser::Opening;
 use crate::{lines, print};
 
@@ -312,13 +314,14 @@ impl Notes {
             }
             Happened::Missed => log::warn!("{}", missed(seen.line)),
             Happened::Halted { gone, error } => log::warn!("{}", halted(*gone, error.as_ref())),
+            Happened::Offline(Farewell::Unanswered) => log::warn!("{FAREWELL_UNANSWERED}"),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
             Happened::Refused(_)
             | Happened::Connected(_)
             | Happened::Closed
             | Happened::Controller { .. }
             | Happened::Online
-            | Happened::Offline { .. }
+            | Happened::Offline(Farewell::Answered | Farewell::Missing)
             | Happened::Unknown(_)
             | Happened::Cycle(_) => {}
         }

@@ -248,12 +248,12 @@ impl Passage {
         Some(Halt::now(gone, self.number, driven, controller, tap))
     }
 
-    /// Stops the controller that has ended the connection, if no program comes back.
+    /// Stops the controller that has ended the connection, or has not answered a farewell, if no program comes back.
     pub(super) fn halt_later(self) -> Option<Halt> {
         let has_ended = self.down.ended || self.controller_broke;
-        let is_left_on = |one: &Driven| one.drives() || (has_ended && one.has_left_on());
-        let driven = self.driven.filter(is_left_on)?;
-        Some(Halt::later(self.number, driven))
+        let driven = self.driven.filter(Driven::has_left_on)?;
+        let gone = if has_ended || driven.drives() { Gone::Lost } else { Gone::Unanswered };
+        Some(Halt::later(gone, self.number, driven))
     }
 
     fn pass_up(&mut self, may_send: bool, chunk: &mut [u8], tap: &Tap) -> Result<bool, Broken> {

@@ -12,7 +12,12 @@ use ft_transfer_area_recorder::{
 
 use crate::lines;
 use crate::recording::output::{discard, Output};
-use crate::seen::{halted, no_answer, Cycle, Happened, Line, Seen, MISSED};
+use crate::seen::{
+    halted, no_answer, Cycle, Farewell, Happened, Line, Seen, FAREWELL_UNANSWERED, MISSED,
+};
+
+/// How a transfer has ended that its program did not end.
+const CLOSED: &str = "the connection was closed before the program went offline";
 
 /// Writes a recording.
 pub(super) struct Record {
@@ -86,7 +91,7 @@ impl Record {
             }
             // A controller has one client: the other one has lost it.
             Line::Main if matches!(seen.what, Happened::Online) => {
-                self.ended(seen.at, false);
+                self.ended(seen.at, Farewell::Missing);
                 self.of_main(seen);
             }
             Line::Main | Line::I2c => {}
@@ -132,7 +137,7 @@ impl Record {
                     self.feed.transfer(seen.at, Transfer::EndedBy(failure));
                 }
             }
-            Happened::Offline { by_program } => self.ended(seen.at, *by_program),
+            Happened::Offline(farewell) => self.ended(seen.at, *farewell),
             Happened::Command(_) => {
                 if let Some(Unanswered { until, .. }) = &mut self.unanswered {
                     until.get_or_insert(seen.at);
@@ -149,23 +154,28 @@ impl Record {
     }
 
     /// The transfer has ended.
-    fn ended(&mut self, at: Instant, by_program: bool) {
+    fn ended(&mut self, at: Instant, farewell: Farewell) {
         self.drives = None;
         let failed = |kind, error| Transfer::EndedBy(Failure { kind, error });
         let unanswered = self.unanswered.take().map(|missing| missing.seen(at));
         let what = match (self.unclear.take(), unanswered, self.halted.take()) {
             (Some(error), _, _) => failed(FailureKind::WrongData, error),
             (None, Some(missing), halted) => {
-                let then = halted.unwrap_or_else(|| "the program ended".to_owned());
+                let then = halted.unwrap_or_else(|| match farewell {
+                    Farewell::Unanswered => "the program ended: motors may go on".to_owned(),
+                    Farewell::Answered | Farewell::Missing => "the program ended".to_owned(),
+                });
                 failed(FailureKind::NoAnswer, format!("{missing}, then {then}"))
             }
-            (None, None, _) if by_program => Transfer::Ended,
-            (None, None, halted) => failed(
-                FailureKind::Closed,
-                halted.unwrap_or_else(|| {
-                    "the connection was closed before the program went offline".to_owned()
-                }),
-            ),
+            (None, None, halted) => match farewell {
+                Farewell::Answered => Transfer::Ended,
+                Farewell::Unanswered => {
+                    failed(FailureKind::NoAnswer, FAREWELL_UNANSWERED.to_owned())
+                }
+                Farewell::Missing => {
+                    failed(FailureKind::Closed, halted.unwrap_or_else(|| CLOSED.to_owned()))
+                }
+            },
         };
         self.feed.transfer(at, what);
     }

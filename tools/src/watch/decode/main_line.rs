@@ -14,7 +14,7 @@ use ft_transfer_area::wire::{
 use ft_transfer_area::{Exchange, FirmwareVersion, FishX1Transfer, TransferMode};
 
 use super::Reader;
-use crate::seen::{Cycle, Happened, Side, Unknown, NO_ANSWER};
+use crate::seen::{Cycle, Farewell, Happened, Side, Unknown, NO_ANSWER};
 use crate::watch::packet::{command_size, id, response_size, Inbox};
 
 /// Words per area in a compressed command.
@@ -33,8 +33,8 @@ pub(super) struct MainReader {
     online: Option<Online>,
     /// An exchange was not understood, so that those after it can't be, until StartOnline.
     is_unclear: bool,
-    /// StopOnline was sent.
-    stops: bool,
+    /// Whether the program has said farewell since it went online, or drove last.
+    farewell: Farewell,
     /// The program has gone, and the relay sends what stops the controller.
     is_gone: bool,
     last_response: Option<Instant>,
@@ -123,7 +123,7 @@ impl Reader for MainReader {
 
     fn end(&mut self, report: &mut dyn FnMut(Happened)) {
         if self.online.take().is_some() {
-            report(Happened::Offline { by_program: self.stops && !self.is_gone });
+            report(Happened::Offline(self.farewell));
         }
     }
 }
@@ -187,8 +187,19 @@ impl MainReader {
                 None
             }
         };
+        match command {
+            CommandId::ExchangeData | CommandId::ExchangeDataCmpr | CommandId::StartOnline => {
+                self.farewell = Farewell::Missing;
+            }
+            // That of the relay is none.
+            CommandId::StopOnline if !self.is_gone => self.farewell = Farewell::Unanswered,
+            CommandId::StopOnline
+            | CommandId::QueryStatus
+            | CommandId::UpdateConfig
+            | CommandId::StartCameraOnline
+            | CommandId::StopCameraOnline => {}
+        }
         if !matches!(command, CommandId::ExchangeData | CommandId::ExchangeDataCmpr) {
-            self.stops = command == CommandId::StopOnline;
             report(Happened::Command(command));
         }
         let answer = self.last_response.map(|before| at.saturating_duration_since(before));
@@ -223,7 +234,9 @@ impl MainReader {
                 Ok(())
             }
             ResponseId::StopOnline => {
-                self.stops = true;
+                if !self.is_gone {
+                    self.farewell = Farewell::Answered;
+                }
                 self.end(report);
                 Ok(())
             }

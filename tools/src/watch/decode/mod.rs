@@ -159,6 +159,7 @@ mod tests {
     };
 
     use super::*;
+    use crate::seen::Farewell;
 
     /// What one connection tells of these pieces, with the time between them.
     fn seen(pieces: Vec<(u64, What)>) -> Vec<Happened> {
@@ -230,7 +231,7 @@ mod tests {
                     Happened::Cycle(_),
                     Happened::Command(CommandId::StopOnline),
                     Happened::NoAnswer { command: CommandId::ExchangeData, .. },
-                    Happened::Offline { by_program: true }
+                    Happened::Offline(Farewell::Answered)
                 ]
             ),
             "{seen:?}"

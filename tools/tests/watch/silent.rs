@@ -1,0 +1,60 @@
+//! A controller that is online and says nothing more: nobody knows what it does with what it is sent.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+
+use ft_transfer_area::wire::CommandId;
+use ft_transfer_area_recorder::{FailureKind, Transfer};
+use serde_json::json;
+
+use super::clients::transfers;
+use super::gone::{outputs_off, Controller};
+use super::support::{accept, listener, Watch};
+
+/// Says farewell, which the controller receives and does not answer.
+fn say_farewell(controller: &mut Controller, mut program: TcpStream) {
+    program.write_all(&CommandId::StopOnline.id().to_le_bytes()).unwrap();
+    controller.stream.read_exact(&mut [0; 4]).unwrap();
+}
+
+#[test]
+fn after_a_farewell_without_an_answer_the_controller_is_stopped() {
+    let (listener, address) = listener();
+    let watch = Watch::with_lines(address);
+    let (mut controller, program) = Controller::online(&watch, listener);
+    say_farewell(&mut controller, program);
+    let offline = watch.line_where(|line| line["what"] == "offline");
+    assert_eq!(
+        (&offline["by_program"], &offline["stop_online"]),
+        (&json!(false), &json!("unanswered"))
+    );
+    let next = accept(&controller.listener);
+    // The first one is open and silent as before.
+    let _first = std::mem::replace(&mut controller.stream, next);
+    controller.is_stopped();
+    assert_eq!(outputs_off(&watch), ("unanswered".into(), true.into()));
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn page_and_recording_say_that_a_farewell_had_no_answer() {
+    let (listener, address) = listener();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let arguments = ["--leave-outputs", "--record", path.to_str().unwrap()];
+    let watch = Watch::start(address, &arguments);
+    let mut page = watch.page();
+    let (mut controller, program) = Controller::online(&watch, listener);
+    say_farewell(&mut controller, program);
+    page.state(0, |state| {
+        let link = &state["link"];
+        link["phase"] == "idle" && link["error"]["code"] == "stop_online_unanswered"
+    });
+    watch.running.signal("INT");
+    assert!(watch.running.end().status.success());
+    let transfers = transfers(&path);
+    let Some(Transfer::EndedBy(failure)) = transfers.last() else { panic!("{transfers:?}") };
+    assert_eq!(failure.kind, FailureKind::NoAnswer);
+    assert!(failure.error.starts_with("no answer to StopOnline for "), "{failure:?}");
+    assert!(failure.error.ends_with("motors may go on"), "{failure:?}");
+}
