@@ -146,6 +146,8 @@ pub(crate) enum Happened {
         /// When it was sent.
         since: Instant,
     },
+    /// Exchanges of the program have no answer, so that nobody knows which outputs the controller has.
+    Unanswered(Box<UnansweredExchanges>),
     /// What this side has sent can't be understood. It was passed on.
     NotUnderstood {
         side: Side,
@@ -199,6 +201,27 @@ impl fmt::Display for Unknown {
             Side::Controller => write!(f, "unknown response {id:#010x}, {bytes} bytes"),
         }
     }
+}
+
+/// What the program has sent beyond the last answer.
+#[derive(Debug)]
+pub(crate) struct UnansweredExchanges {
+    /// How many there are now.
+    pub(crate) exchanges: u64,
+    /// How many since online mode began are not shown one by one, because too many had no answer.
+    pub(crate) forgotten: u64,
+    /// The outputs that were sent last, and the inputs that were received last.
+    pub(crate) areas: Vec<FishX1Transfer>,
+}
+
+/// Exchanges without an answer as a sentence for people.
+pub(crate) fn unanswered(exchanges: u64) -> String {
+    format!("{exchanges} exchanges have no answer: the outputs shown are those that were sent last")
+}
+
+/// Exchanges that are not shown as a sentence for people.
+pub(crate) fn forgotten(count: u64) -> String {
+    format!("more than 64 commands had no answer at once, so {count} exchanges are left out")
 }
 
 /// A response that comes after this time comes no more. StopOnline takes a second.

@@ -7,6 +7,7 @@
 mod camera;
 mod i2c;
 mod main_line;
+mod unanswered;
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -222,13 +223,16 @@ mod tests {
             (900, command(CommandId::StopOnline)),
             (10, response(ResponseId::StopOnline)),
         ]);
-        let Happened::NoAnswer { command, .. } = seen[2] else { panic!("{seen:?}") };
+        // Its outputs are shown before.
+        assert!(matches!(seen[2], Happened::Unanswered(_)), "{seen:?}");
+        let Happened::NoAnswer { command, .. } = seen[3] else { panic!("{seen:?}") };
         assert_eq!(command, CommandId::ExchangeData);
         assert!(
             matches!(
-                &seen[3..],
+                &seen[4..],
                 [
                     Happened::Cycle(_),
+                    Happened::Unanswered(_),
                     Happened::Command(CommandId::StopOnline),
                     Happened::NoAnswer { command: CommandId::ExchangeData, .. },
                     Happened::Offline(Farewell::Answered)
