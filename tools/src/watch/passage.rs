@@ -222,11 +222,11 @@ impl Passage {
     }
 
     /// How much the program that drives through the main connection needs this one: it comes from the same computer,
-    /// and something has passed since that program is there.
+    /// and the controller has said something on it since that program is there. A controller serves one connection
+    /// to I2C or the camera at a time, and says nothing on others, whatever a stranger sends there.
     pub(super) fn serves(&self, main: &Self) -> (bool, bool) {
         let from = |one: &Self| one.program.peer_addr().ok().map(|from| from.ip());
-        let passed = self.up.used.max(self.down.used);
-        (from(self) == from(main), passed.is_some_and(|passed| passed > main.begun))
+        (from(self) == from(main), self.down.used.is_some_and(|heard| heard > main.begun))
     }
 
     /// Whether one side has ended, and the other has not.
