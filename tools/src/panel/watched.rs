@@ -101,7 +101,10 @@ impl Watched {
         }
         let is_other =
             seen.line == Line::Main && self.drives.is_some_and(|number| number != seen.connection);
-        if let Some(error) = problem(seen).filter(|_| !is_other) {
+        // Nothing that others say hides that motors may go on.
+        let warns = self.error.as_ref().is_some_and(|error| MOTORS_MAY_GO_ON.contains(&error.code));
+        let is_hidden = is_other || (warns && !matches!(seen.what, Happened::Halted { .. }));
+        if let Some(error) = problem(seen).filter(|_| !is_hidden) {
             self.error = Some(error);
         }
     }
@@ -231,6 +234,8 @@ impl Watched {
     }
 }
 
+/// The codes of what stays until a program goes online, or the controller is stopped.
+const MOTORS_MAY_GO_ON: [&str; 2] = ["halt_failed", "stop_online_unanswered"];
 /// The code of a missing response.
 const NO_ANSWER: &str = "no_answer";
 /// The code of exchanges without an answer.

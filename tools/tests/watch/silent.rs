@@ -50,6 +50,14 @@ fn page_and_recording_say_that_a_farewell_had_no_answer() {
         let link = &state["link"];
         link["phase"] == "idle" && link["error"]["code"] == "stop_online_unanswered"
     });
+    // Another one, that is not understood either, hides nothing.
+    let mut other = watch.connect();
+    other.write_all(b"what").unwrap();
+    accept(&controller.listener).read_exact(&mut [0; 4]).unwrap();
+    page.state(0, |state| state["link"]["phase"] == "connecting");
+    drop(other);
+    let state = page.state(0, |state| state["link"]["phase"] == "idle");
+    assert_eq!(state["link"]["error"]["code"], "stop_online_unanswered");
     watch.running.signal("INT");
     assert!(watch.running.end().status.success());
     let transfers = transfers(&path);
