@@ -37,7 +37,10 @@ use crate::interrupt::{self, Driving};
 use crate::panel::pages::{self, Watched};
 use crate::program::{Program, Reads};
 use crate::recording::output::{incomplete, Output};
-use crate::seen::{halted, missed, no_answer, not_understood, Happened, Seen};
+use crate::seen::{
+    forgotten, halted, missed, no_answer, not_understood, Farewell, Happened, Seen,
+    FAREWELL_UNANSWERED,
+};
 use crate::web::browser::Opening;
 use crate::{lines, print};
 
@@ -287,8 +290,9 @@ impl Looker {
 struct Notes {
     /// On which connections the controller has refused the last attempt: programs try again and again.
     refused: [bool; 3],
-    /// The last connection of which something unknown was seen.
+    /// The last connection of which something unknown was seen, and of which exchanges were left out.
     unknown: u64,
+    forgotten: u64,
 }
 
 impl Notes {
@@ -310,16 +314,24 @@ impl Notes {
             Happened::NoAnswer { command, since } => {
                 log::warn!("{}", no_answer(*command, seen.at.saturating_duration_since(*since)));
             }
+            Happened::Unanswered(them)
+                if them.forgotten > 0 && self.forgotten < seen.connection =>
+            {
+                self.forgotten = seen.connection;
+                log::warn!("{}, and perhaps more", forgotten(them.forgotten));
+            }
             Happened::Missed => log::warn!("{}", missed(seen.line)),
             Happened::Halted { gone, error } => log::warn!("{}", halted(*gone, error.as_ref())),
+            Happened::Offline(Farewell::Unanswered) => log::warn!("{FAREWELL_UNANSWERED}"),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
             Happened::Refused(_)
             | Happened::Connected(_)
             | Happened::Closed
             | Happened::Controller { .. }
             | Happened::Online
-            | Happened::Offline { .. }
+            | Happened::Offline(Farewell::Answered | Farewell::Missing)
             | Happened::Unknown(_)
+            | Happened::Unanswered(_)
             | Happened::Cycle(_) => {}
         }
     }
