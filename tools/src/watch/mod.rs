@@ -148,6 +148,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
         record,
         changes,
         notes: Notes::default(),
+        awake: Awake::default(),
     };
     let looks = thread::Builder::new().name("looker".to_owned()).spawn({
         let ending = Arc::clone(&ending);
@@ -241,6 +242,7 @@ struct Looker {
     record: Option<Record>,
     changes: Option<Changes>,
     notes: Notes,
+    awake: Awake,
 }
 
 impl Looker {
@@ -261,7 +263,7 @@ impl Looker {
     }
 
     fn look(&mut self) {
-        let Self { pieces, decoder, watched, record, changes, notes } = self;
+        let Self { pieces, decoder, watched, record, changes, notes, awake } = self;
         let mut report = |seen: Seen| {
             notes.take(&seen);
             if let Some(watched) = watched {
@@ -278,10 +280,35 @@ impl Looker {
         while let Some(piece) = pieces.next() {
             decoder.take(piece, &mut report);
         }
-        decoder.look(Instant::now(), &mut report);
+        let now = Instant::now();
+        if awake.hears_silence(now) {
+            decoder.look(now, &mut report);
+        }
         if let Some(watched) = watched {
             watched.publish_when_due();
         }
+    }
+}
+
+/// Whether this process ran lately. When it stood still, such as a computer that slept, responses lie unread.
+#[derive(Default)]
+struct Awake {
+    looked: Option<Instant>,
+    /// When it went on.
+    since: Option<Instant>,
+}
+
+impl Awake {
+    /// How long no look means that it stood still, and then how long the relay has for what lies unread.
+    const STILL: Duration = Duration::from_millis(500);
+
+    /// Whether what has not come until now was not sent either.
+    fn hears_silence(&mut self, now: Instant) -> bool {
+        let looked = self.looked.replace(now);
+        if looked.is_some_and(|it| now.saturating_duration_since(it) >= Self::STILL) {
+            self.since = Some(now);
+        }
+        self.since.is_none_or(|it| now.saturating_duration_since(it) >= Self::STILL)
     }
 }
 
@@ -334,5 +361,21 @@ impl Notes {
             | Happened::Unanswered(_)
             | Happened::Cycle(_) => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_missing_right_after_this_process_stood_still() {
+        let mut awake = Awake::default();
+        let begin = Instant::now();
+        let mut hears = |millis| awake.hears_silence(begin + Duration::from_millis(millis));
+        assert_eq!([0, 5, 400].map(&mut hears), [true; 3]);
+        // Three seconds, as under SIGSTOP.
+        assert_eq!([3400, 3405, 3899].map(&mut hears), [false; 3]);
+        assert_eq!([3900, 3905].map(&mut hears), [true; 2]);
     }
 }
