@@ -109,7 +109,6 @@ int main(int argc, char **argv)
         const auto wait = [&](const std::string &station, const std::string &state) {
             wait_for(station + ": " + state, 300, [&] { return messages.state_of(station) == state; });
         };
-        std::map<std::string, int> taken;
         Robot robot(controller.area(LOCAL_IO));
         robot.find_places();
         messages.tell("ready");
@@ -130,11 +129,10 @@ int main(int argc, char **argv)
             robot.grip(IN_CONTAINER);
             messages.tell("has taken " + shelf);
             wait("processing_station", "free");
+            const std::string sorted = std::string("sorted ") + colour.name;
+            const int before = messages.times_told("sorting_line", sorted);
             robot.release(OVEN);
             messages.tell(std::string("has brought ") + colour.name);
-            // In a storage one may lie that the robot has not brought.
-            const std::string sorted = std::string("sorted ") + colour.name;
-            const int before = taken[colour.name]++;
             wait_for("sorting_line: " + sorted, 300, [&] {
                 return messages.times_told("sorting_line", sorted) > before;
             });
