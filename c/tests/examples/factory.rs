@@ -1,5 +1,5 @@
 //! The stations of the factory, each on its shipped world and all together, with a broker for each test. Without
-//! Mosquitto or its library they are skipped.
+//! Mosquitto or its library they are skipped. And the simulated reader for the robot of other programs.
 
 use std::env;
 use std::io::{self, Write};
@@ -199,5 +199,30 @@ fn is_in_a_shelf(place: &Whereabouts) -> bool {
     match place {
         Whereabouts::Place(name) => name.starts_with("warehouse.") && !name.contains("belt"),
         place => matches!(place, Whereabouts::Container(_)),
+    }
+}
+
+/// What a program with the reader says with this tag on it.
+fn read_tag(tag: &str) -> String {
+    let line = "c/tests/examples/reader.cpp c/examples/factory/reader -I c/examples/factory/reader";
+    let line: Vec<_> = line.split(' ').map(str::to_owned).collect();
+    let output = tx_run_with(&line, &[("FACTORY_TAG", tag.to_owned())]);
+    let (said, errors) = (text(&output.stdout), text(&output.stderr));
+    assert!(output.status.success(), "{tag}: {}: {said}{errors}", output.status);
+    said
+}
+
+#[cfg_attr(windows, ignore = "no C compiler is expected there")]
+#[test]
+fn the_reader_has_a_tag_of_the_colour_that_is_named_and_keeps_what_is_written() {
+    if !compilers() {
+        return;
+    }
+    for (tag, expected) in [
+        ("white", "04000000000001 type 1, then 9 8 7 6\n"),
+        ("blue", "04000000000003 type 3, then 9 8 7 6\n"),
+        ("none", "no tag\n"),
+    ] {
+        assert_eq!(read_tag(tag), expected);
     }
 }
