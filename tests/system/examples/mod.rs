@@ -6,6 +6,7 @@ mod picture;
 mod run;
 mod sample;
 mod samples;
+mod two_models;
 mod wifi;
 
 use std::io::{Read, Write};
