@@ -26,7 +26,7 @@ const TA_VERSION: u32 = 0x0801_0101;
 pub(crate) enum AreaEvent {
     /// A counter has been reset.
     CounterReset { area: usize, counter: usize },
-    /// A motor has done its distance.
+    /// A motor has done its command: its distance.
     MotorReached { area: usize, motor: usize },
     /// An extension has come or gone.
     Extension { area: usize, online: bool },
@@ -52,6 +52,8 @@ struct Known {
     config_id: Option<u8>,
     counters: [ContinuedId; 4],
     motors: [ContinuedId; 4],
+    /// The distances of the motors' newest commands.
+    distances: [u16; 4],
     sound: ContinuedId,
     online: bool,
 }
@@ -217,6 +219,7 @@ impl<A: Area> Mirror<A> {
                 known.counters[i].receive(input.cnt_reset_cmd_id[i], newest.cnt_reset_cmd_id[i]);
             (input.motor_ex_cmd_id[i], done.1[i]) =
                 known.motors[i].receive(input.motor_ex_cmd_id[i], newest.motor_ex_cmd_id[i]);
+            done.1[i] &= !A::REACHED_IS_A_DISTANCE || known.distances[i] != 0;
         }
         let mut txt_inputs = area.txt_inputs;
         let id = txt_inputs.sound_cmd_id;
@@ -287,6 +290,9 @@ impl<A: Area> Mirror<A> {
                 }
                 if !A::FLAGS_STAY && motor.is_new(motor_id) {
                     fields.flag(array, fields.motor_ex_reached, i, false);
+                }
+                if motor.is_new(motor_id) {
+                    known.distances[i] = output.distance[i];
                 }
                 let to = &mut area.output;
                 to.cnt_reset_cmd_id[i] = counter.send(counter_id).unwrap_or(to.cnt_reset_cmd_id[i]);

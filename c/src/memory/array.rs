@@ -42,6 +42,9 @@ pub(crate) unsafe trait Area: 'static {
     /// Whether the program sets `cnt_resetted` and `motor_ex_reached` back, as on the TX. Otherwise a new
     /// command does so, too.
     const FLAGS_STAY: bool;
+    /// Whether `motor_ex_reached` is set for a distance only, which is the target that was reached, as on the TX.
+    /// On a TXT a command without one is done at once, and sets it, too.
+    const REACHED_IS_A_DISTANCE: bool;
     /// Whether 0 is the normal mode of a counter and 1 the inverted one, as on the TX. On a TXT it is the
     /// other way round.
     const COUNTERS_NORMAL_AT_0: bool;
@@ -81,6 +84,7 @@ macro_rules! places {
 // SAFETY: integers and pointers, for which all bits 0 are valid; the places are those of its fields.
 unsafe impl Area for Ta {
     const FLAGS_STAY: bool = true;
+    const REACHED_IS_A_DISTANCE: bool = true;
     const COUNTERS_NORMAL_AT_0: bool = true;
 
     unsafe fn places(area: *mut Self) -> Places {
@@ -91,6 +95,7 @@ unsafe impl Area for Ta {
 // SAFETY: integers only; the places are those of its fields.
 unsafe impl Area for FishX1Transfer {
     const FLAGS_STAY: bool = false;
+    const REACHED_IS_A_DISTANCE: bool = false;
     const COUNTERS_NORMAL_AT_0: bool = false;
 
     unsafe fn places(area: *mut Self) -> Places {

@@ -46,3 +46,29 @@ fn outputs_go_out_and_inputs_come_in_for_both_kinds_of_areas() {
     outputs_go_out_and_inputs_come_in::<crate::memory::Ta>();
     outputs_go_out_and_inputs_come_in::<FishX1Transfer>();
 }
+
+/// What a command that is sent and comes back reports.
+fn reported_for_a_distance<A: Area>(distance: u16) -> (Vec<AreaEvent>, [u16; 4]) {
+    let array = Arc::new(AreaArray::<A>::new());
+    let mut mirror = Mirror::new(Arc::clone(&array), DEV_MODE_LOCAL);
+    let mut areas = vec![FishX1Transfer::default(); AREAS];
+    mirror.begin(&areas);
+    let places = array.places(0);
+    let mut output = array.load(places.output);
+    (output.distance[1], output.motor_ex_cmd_id[1]) = (distance, 1);
+    array.store(places.output, output);
+    mirror.put_out(&mut areas);
+    areas[0].input.motor_ex_cmd_id[1] = 1;
+    let mut happened = Vec::new();
+    mirror.take_in(&areas, |it| happened.push(it));
+    (happened, *array.load(places.input).motor_ex_reached)
+}
+
+#[test]
+fn a_distance_of_0_is_reached_by_programs_for_the_txt_only() {
+    use crate::memory::Ta;
+    let reached = vec![AreaEvent::MotorReached { area: 0, motor: 1 }];
+    assert_eq!(reported_for_a_distance::<Ta>(5), (reached.clone(), [0, 1, 0, 0]));
+    assert_eq!(reported_for_a_distance::<Ta>(0), (Vec::new(), [0; 4]));
+    assert_eq!(reported_for_a_distance::<FishX1Transfer>(0), (reached, [0, 1, 0, 0]));
+}

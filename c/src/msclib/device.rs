@@ -195,20 +195,8 @@ impl Owner for Device {
 fn tell(device: &Weak<Device>, callbacks: &Callbacks, happened: AreaEvent) {
     let (event, area, what) = match happened {
         AreaEvent::CounterReset { area, counter } => (Event::CounterResetted, area, counter as u32),
-        AreaEvent::MotorReached { area, motor } => {
-            // The end of the extended mode is a command, too, and one without a distance is done immediately.
-            if !device.upgrade().is_some_and(|device| device.has_distance(area, motor)) {
-                return;
-            }
-            (Event::MotorExReached, area, motor as u32)
-        }
+        AreaEvent::MotorReached { area, motor } => (Event::MotorExReached, area, motor as u32),
         AreaEvent::Extension { area, online } => (Event::RoboExtState, area, online.into()),
     };
     callbacks.event(device.clone(), event, area, what);
-}
-
-impl Device {
-    fn has_distance(&self, area: usize, motor: usize) -> bool {
-        self.array().load(self.array().places(area).output).distance[motor] != 0
-    }
 }

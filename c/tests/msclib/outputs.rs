@@ -56,6 +56,31 @@ fn without_pulses_a_motor_turns_until_it_is_stopped() {
     });
 }
 
+/// By the manual of ftMscLib 1.5.11 (3.13, 9.6, 9.7), a motor without a distance has no target.
+#[test]
+fn a_command_without_a_distance_reaches_nothing() {
+    let library = initialized();
+    library.in_both_exchanges(|_, device| {
+        assert_eq!(StartMotorExCmd(device.0, 0, 0, 512, 0, 1, 0, 0), SUCCESS);
+        wait("pulses", || device.input(0).counter[..2].iter().all(|count| *count > 20));
+        assert_eq!(device.input(0).motor_ex_reached, [0; 4]);
+        // The order of published libraries: stop, distance 0, a moment, the new distance.
+        let command = |duty, distance| {
+            device.change_output(0, |it| {
+                (it.duty[0], it.distance[0]) = (duty, distance);
+                it.motor_ex_cmd_id[0] += 1;
+            });
+            let id = device.output(0).motor_ex_cmd_id[0];
+            wait("the command", || device.input(0).motor_ex_cmd_id[0] == id);
+        };
+        command(0, 0);
+        assert_eq!(device.input(0).motor_ex_reached, [0; 4]);
+        command(512, 50);
+        assert_eq!(device.input(0).motor_ex_reached, [1, 0, 0, 0]);
+        assert!(device.input(0).counter[0] >= 50);
+    });
+}
+
 /// Finished programs of 2009 import them.
 #[test]
 fn the_functions_of_the_first_library_do_what_their_successors_do() {

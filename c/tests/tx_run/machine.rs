@@ -66,6 +66,15 @@ fn two_motors_do_their_distance_and_the_flags_say_when() {
 }
 
 #[test]
+fn a_command_without_a_distance_does_not_set_the_flag() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    run_on(&txt, "no_distance.c", "").end().well();
+}
+
+#[test]
 fn the_variable_chooses_the_simple_exchange() {
     if !has_compiler() {
         return;
