@@ -2,7 +2,7 @@
 
 use std::ffi::c_int;
 
-use ft_transfer_area::transfer_area::{IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
+use ft_transfer_area::transfer_area::{DUTY_MAX, IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
 use ft_transfer_area::tx::check_duty;
 
 use super::arguments::Handle;
@@ -81,9 +81,10 @@ fn with_outputs(
     })
 }
 
-/// A duty that an output can have.
+/// A duty that an output can have. A program that computes one, such as 5.2 times a percentage, gets full power above
+/// it.
 fn duty_of(given: c_int) -> Result<i16, u32> {
-    check_duty(given).map_err(|_| FTLIB_ERR_INVALID_PARAM)
+    check_duty(given.min(DUTY_MAX.into())).map_err(|_| FTLIB_ERR_INVALID_PARAM)
 }
 
 /// The duties of a motor's two outputs: 0 is clockwise, 1 counter-clockwise.
