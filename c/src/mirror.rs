@@ -137,7 +137,7 @@ impl<A: Area> Mirror<A> {
         for index in 0..AREAS {
             let places = self.array.places(index);
             let mut info = self.array.load(places.info);
-            info.version.firmware = firmware.code() >> 8; // 00 04 06 06 for 4.6.6
+            info.version.firmware = ta_firmware(firmware);
             info.version.shm_if = TA_VERSION;
             if index == 0 {
                 info.hostname.fill(0);
@@ -372,6 +372,16 @@ fn sent<A: Area>(mut config: Config) -> Config {
         }
     }
     config
+}
+
+/// The number of `ROBOLIB.DLL`, which the TX's newest firmware, 1.30, has and a TXT has not. Programs compare it before
+/// the firmware's own number.
+pub(crate) const ROBOLIB_DLL: u8 = 6;
+
+/// `FT_VERSION.firmware`: part.a to part.d are 0, the DLL's number and the firmware's, 00 06 04 06 for 4.6.6.
+fn ta_firmware(firmware: FirmwareVersion) -> u32 {
+    let [major, minor, ..] = firmware.code().to_be_bytes();
+    u32::from_ne_bytes([0, ROBOLIB_DLL, major, minor])
 }
 
 /// What differs between two responses.

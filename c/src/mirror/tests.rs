@@ -72,3 +72,12 @@ fn a_distance_of_0_is_reached_by_programs_for_the_txt_only() {
     assert_eq!(reported_for_a_distance::<Ta>(0), (Vec::new(), [0; 4]));
     assert_eq!(reported_for_a_distance::<FishX1Transfer>(0), (reached, [0, 1, 0, 0]));
 }
+
+#[test]
+fn the_firmware_is_in_the_places_where_programs_read_it() {
+    let array = Arc::new(AreaArray::<crate::memory::Ta>::new());
+    let mirror = Mirror::new(Arc::clone(&array), DEV_MODE_LOCAL);
+    mirror.introduce("TX2013", FirmwareVersion::new(4, 6, 6));
+    // part.a to part.d, for "V %d.%02d, DLL %d" of c, d and b.
+    assert_eq!(array.load(array.places(8).info).version.firmware.to_ne_bytes(), [0, 6, 4, 6]);
+}

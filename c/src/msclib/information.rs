@@ -6,20 +6,16 @@ use std::sync::Arc;
 use super::arguments::{Handle, Out, TextOut};
 use super::device::Device;
 use super::library::LIBRARY;
-use super::{index, with_area, with_device, VERSION};
+use super::{index, with_area, with_device, VERSION, VERSION_DATE};
 use crate::errors::{
     CODES, FTLIB_ERR_FAILED, FTLIB_ERR_INVALID_PARAM, FTLIB_ERR_THREAD_NOT_RUNNING,
 };
 use crate::ffi::guarded;
 use crate::memory::AREAS;
+use crate::mirror::ROBOLIB_DLL;
 
 /// The longest name of a controller.
 const NAME_MAX: usize = 16;
-
-fn version_text() -> String {
-    let [major, minor, patch] = VERSION;
-    format!("V {major}.{minor}.{patch}")
-}
 
 /// Gives the program a text; none is an empty one.
 fn text(to: TextOut, size: u32, text: impl FnOnce() -> Option<String>) -> u32 {
@@ -63,10 +59,13 @@ pub(crate) extern "C" fn ftxGetLibVersion() -> u32 {
     u32::from_be_bytes([0, major, minor, patch])
 }
 
-/// The library's version.
+/// The library's version: `01.05.11  (2012/02/19)`, as programs compare it.
 #[no_mangle]
 pub(crate) extern "C" fn ftxGetLibVersionStr(to: TextOut, size: u32) -> u32 {
-    text(to, size, || Some(version_text()))
+    text(to, size, || {
+        let [major, minor, patch] = VERSION;
+        Some(format!("{major:02}.{minor:02}.{patch:02}  ({VERSION_DATE})"))
+    })
 }
 
 /// The name of an error code (kind 0), or what it means (kind 1).
@@ -152,11 +151,14 @@ pub(crate) extern "C" fn GetRoboTxFwStr(
     master_text(handle, controller, to, size, firmware_text)
 }
 
-/// The controller's firmware as a number: 00 04 06 06 for 4.6.6.
+/// The controller's firmware as a number, after that of the library that a TX has stored: 00 06 04 06 for 4.6.6.
 #[no_mangle]
 pub(crate) extern "C" fn GetRoboTxFwVal(handle: Handle, controller: c_int, to: Out<u32>) -> u32 {
     with_area(handle, controller, |device, _| match controller {
-        0 => to.put(device.controller().firmware.code() >> 8),
+        0 => {
+            let [major, minor, ..] = device.controller().firmware.code().to_be_bytes();
+            to.put(u32::from_be_bytes([0, ROBOLIB_DLL, major, minor]))
+        }
         _ => Err(FTLIB_ERR_FAILED),
     })
 }
@@ -183,7 +185,7 @@ pub(crate) extern "C" fn GetRoboTxSerialStr(
     text(to, size, || None)
 }
 
-/// The version of this library, for a controller.
+/// The number of the library that a TX has stored, in two digits.
 #[no_mangle]
 pub(crate) extern "C" fn GetRoboTxDllStr(
     handle: Handle,
@@ -191,7 +193,7 @@ pub(crate) extern "C" fn GetRoboTxDllStr(
     to: TextOut,
     size: u32,
 ) -> u32 {
-    master_text(handle, controller, to, size, |_| version_text())
+    master_text(handle, controller, to, size, |_| format!("{ROBOLIB_DLL:02}"))
 }
 
 /// Renews the information in an area. It is always what is known.

@@ -49,6 +49,8 @@ use library::LIBRARY;
 
 /// The version of the interface that this library reports.
 const VERSION: [u8; 3] = [1, 5, 11];
+/// Its date.
+const VERSION_DATE: &str = "2012/02/19";
 
 /// Runs a call that answers with a code.
 fn answer(call: impl FnOnce() -> Result<(), u32>) -> u32 {
