@@ -26,3 +26,5 @@ mod process;
 mod report;
 mod results;
 mod session;
+
+pub use msclib::report_version_of_ex;

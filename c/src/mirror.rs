@@ -30,6 +30,8 @@ pub(crate) enum AreaEvent {
     MotorReached { area: usize, motor: usize },
     /// An extension has come or gone.
     Extension { area: usize, online: bool },
+    /// Inputs have other values than the program's area had.
+    Inputs { area: usize, change: Change },
 }
 
 /// Keeps a program's areas in step with a handler's.
@@ -47,7 +49,6 @@ pub(crate) struct Mirror<A: Area> {
 /// What is known of one area.
 #[derive(Clone, Copy, Default)]
 struct Known {
-    input: InputValues,
     /// The program's id when the configuration was sent last.
     config_id: Option<u8>,
     counters: [ContinuedId; 4],
@@ -226,11 +227,11 @@ impl<A: Area> Mirror<A> {
         txt_inputs.sound_cmd_id = known.sound.receive(id, id).0;
 
         let fields = InputFields::of(places.input);
+        let change = change(&array.load(places.input), &input);
         fields.store_values(array, &input);
         array.store(places.txt_inputs, txt_inputs);
         array.store(places.txt_inputs2, area.txt_inputs2);
-        array.store(places.change, change(&known.input, &input));
-        known.input = input;
+        array.store(places.change, change);
 
         // A program that sees a flag also sees the values, and one that sees an id also sees the flag: otherwise it
         // could set a flag back before it is set.
@@ -248,6 +249,9 @@ impl<A: Area> Mirror<A> {
             if done.1[i] {
                 reported(AreaEvent::MotorReached { area: index, motor: i });
             }
+        }
+        if change.change_status != 0 {
+            reported(AreaEvent::Inputs { area: index, change });
         }
     }
 
@@ -384,7 +388,7 @@ fn ta_firmware(firmware: FirmwareVersion) -> u32 {
     u32::from_ne_bytes([0, ROBOLIB_DLL, major, minor])
 }
 
-/// What differs between two responses.
+/// What differs between the program's inputs and those of a response.
 fn change(before: &InputValues, now: &InputValues) -> Change {
     let bits = |differ: &mut dyn Iterator<Item = bool>| {
         differ.enumerate().fold(0, |bits, (index, differs)| bits | u8::from(differs) << index)

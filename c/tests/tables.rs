@@ -122,6 +122,13 @@ fn every_function_of_the_pc_library_is_in_the_table_in_order() {
 }
 
 #[test]
+fn every_function_of_the_variant_is_in_the_table_in_order() {
+    let functions = functions(&code("c/include/ftMscLibEx.h"));
+    assert_eq!(functions.len(), 28);
+    assert_eq!(table("### Every function of ftMscLibEx"), functions);
+}
+
+#[test]
 fn every_function_of_kelib_is_in_the_table() {
     let functions = set(functions(&code("c/include/txt/KeLibTxtDl.h")));
     assert_eq!(functions.len(), 7, "{functions:?}");

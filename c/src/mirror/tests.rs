@@ -34,11 +34,15 @@ fn outputs_go_out_and_inputs_come_in<A: Area>() {
     let mut happened = Vec::new();
     mirror.take_in(&areas, |it| happened.push(it));
     let (online, area) = (true, AREAS - 1);
-    let expected =
-        [AreaEvent::Extension { area, online }, AreaEvent::MotorReached { area, motor: 3 }];
+    let change = Change { change_status: 1, change_uni: 1 << 2, ..Change::default() };
+    let expected = [
+        AreaEvent::Extension { area, online },
+        AreaEvent::MotorReached { area, motor: 3 },
+        AreaEvent::Inputs { area, change },
+    ];
     assert_eq!(happened, expected);
     assert_eq!(array.load(places.input).uni[2], 77);
-    assert_eq!(array.load(places.change).change_uni, 1 << 2);
+    assert_eq!(array.load(places.change), change);
 }
 
 #[test]

@@ -1,12 +1,13 @@
 //! The library's and the controllers' texts and numbers.
 
 use std::ffi::c_int;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 
 use super::arguments::{Handle, Out, TextOut};
 use super::device::Device;
 use super::library::LIBRARY;
-use super::{index, with_area, with_device, VERSION, VERSION_DATE};
+use super::{index, with_area, with_device};
 use crate::errors::{
     CODES, FTLIB_ERR_FAILED, FTLIB_ERR_INVALID_PARAM, FTLIB_ERR_THREAD_NOT_RUNNING,
 };
@@ -16,6 +17,44 @@ use crate::mirror::ROBOLIB_DLL;
 
 /// The longest name of a controller.
 const NAME_MAX: usize = 16;
+
+/// A version of the interface.
+struct Version {
+    number: [u8; 3],
+    date: &'static str,
+}
+
+const VERSION: Version = Version { number: [1, 5, 11], date: "2012/02/19" };
+/// Programs for ftMscLibEx want 1.5.13 or later.
+const VERSION_OF_EX: Version = Version { number: [1, 5, 14], date: "2014/05/16" };
+
+/// Whether the program has loaded ftMscLibEx.
+static IS_EX: AtomicBool = AtomicBool::new(false);
+
+/// Has this library report the version of ftMscLibEx. That one calls it when it is loaded.
+pub fn report_version_of_ex() {
+    IS_EX.store(true, Ordering::Relaxed);
+}
+
+impl Version {
+    fn reported() -> &'static Self {
+        if IS_EX.load(Ordering::Relaxed) {
+            &VERSION_OF_EX
+        } else {
+            &VERSION
+        }
+    }
+
+    fn code(&self) -> u32 {
+        let [major, minor, patch] = self.number;
+        u32::from_be_bytes([0, major, minor, patch])
+    }
+
+    fn text(&self) -> String {
+        let [major, minor, patch] = self.number;
+        format!("{major:02}.{minor:02}.{patch:02}  ({})", self.date)
+    }
+}
 
 /// Gives the program a text; none is an empty one.
 fn text(to: TextOut, size: u32, text: impl FnOnce() -> Option<String>) -> u32 {
@@ -55,17 +94,25 @@ fn firmware_text(device: &Arc<Device>) -> String {
 /// The library's version as a number: 00 01 05 0B for 1.5.11.
 #[no_mangle]
 pub(crate) extern "C" fn ftxGetLibVersion() -> u32 {
-    let [major, minor, patch] = VERSION;
-    u32::from_be_bytes([0, major, minor, patch])
+    Version::reported().code()
 }
 
 /// The library's version: `01.05.11  (2012/02/19)`, as programs compare it.
 #[no_mangle]
 pub(crate) extern "C" fn ftxGetLibVersionStr(to: TextOut, size: u32) -> u32 {
-    text(to, size, || {
-        let [major, minor, patch] = VERSION;
-        Some(format!("{major:02}.{minor:02}.{patch:02}  ({VERSION_DATE})"))
-    })
+    text(to, size, || Some(Version::reported().text()))
+}
+
+/// The version of ftMscLibEx, under the name that its header gives `ftxGetLibVersion`.
+#[no_mangle]
+pub(crate) extern "C" fn ftxGetLibVersionEx() -> u32 {
+    VERSION_OF_EX.code()
+}
+
+/// The version of ftMscLibEx, under the name that its header gives `ftxGetLibVersionStr`.
+#[no_mangle]
+pub(crate) extern "C" fn ftxGetLibVersionStrEx(to: TextOut, size: u32) -> u32 {
+    text(to, size, || Some(VERSION_OF_EX.text()))
 }
 
 /// The name of an error code (kind 0), or what it means (kind 1).

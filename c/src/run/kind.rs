@@ -27,6 +27,7 @@ const HEADERS: &[(&str, Kind)] = &[
     ("ftprointerface2013transferareacomex1.h", Kind::FtTxtLib),
     ("kelibtxtdl.h", Kind::KeLib),
     ("ftprointerface2013transferareacom.h", Kind::Kit),
+    ("ftmsclibex.h", Kind::MscLib),
     ("ftmsclib.h", Kind::MscLib),
     ("robo_tx_prg.h", Kind::Downloaded),
     ("fterrcode.h", Kind::MscLib),

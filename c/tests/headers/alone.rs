@@ -2,8 +2,8 @@
 
 use super::compilers::{self, Language};
 
-pub(crate) const HEADERS: [&str; 5] =
-    ["ROBO_TX_PRG.h", "ROBO_TX_FW.h", "ftMscLib.h", "ftErrCode.h", "common.h"];
+pub(crate) const HEADERS: [&str; 6] =
+    ["ROBO_TX_PRG.h", "ROBO_TX_FW.h", "ftMscLib.h", "ftMscLibEx.h", "ftErrCode.h", "common.h"];
 
 /// Those that replace headers of Windows.
 pub(crate) const POSIX: [&str; 6] =

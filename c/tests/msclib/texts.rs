@@ -13,6 +13,9 @@ fn the_library_and_its_errors_have_texts() {
         text(ftxGetLibVersionStr as fn(_, _) -> _),
         ("01.05.11  (2012/02/19)".to_owned(), 22)
     );
+    assert_eq!(ftxGetLibVersionEx(), 0x0001_050E);
+    let text_of_ex = text(ftxGetLibVersionStrEx as fn(_, _) -> _);
+    assert_eq!(text_of_ex, ("01.05.14  (2014/05/16)".to_owned(), 22));
     let error = |code, kind| text(|to, size| ftxGetLibErrorString(code, kind, to, size));
     assert_eq!(error(INVALID_PARAM, 0), ("FTLIB_ERR_INVALID_PARAM".to_owned(), 23));
     assert!(error(INVALID_PARAM, 1).0.contains("out of range"));

@@ -124,3 +124,20 @@ fn an_extension_comes_and_goes() {
     txt.with_machine(|machine| machine.alive[0] = false);
     run.end().well();
 }
+
+#[test]
+fn a_program_for_ftmsclibex_is_called_when_an_input_changes() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "changes.cpp", "");
+    wait_for(&txt, "the configuration", |machine| {
+        let config = machine.controllers[0].config.uni[2];
+        (config.mode, config.digital) == (0, 1)
+    });
+    txt.with_machine(|machine| machine.controllers[0].uni[2] = 1);
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    txt.with_machine(|machine| machine.controllers[0].uni[2] = 0);
+    run.end().well();
+}
