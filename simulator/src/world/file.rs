@@ -227,6 +227,11 @@ mod tests {
             ),
             ("[script]\nperiod = 0", 2, "0.001"),
             (
+                "master.inputs.I1.button = {}\n[script]\nperiod=1\n[[script.events]]\nat=0.9996\ninput=\"I1\"\npressed=true",
+                5,
+                "at least 0.001 less than the period",
+            ),
+            (
                 "master.inputs.I1.button = {}\n[[script.events]]\nat=-1\ninput=\"I1\"\npressed=true",
                 3,
                 "0 or more",
