@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use super::arguments::{Bytes, Handle, Out};
-use super::callbacks::ResultCallback;
 use super::device::Device;
+use super::kinds::ResultCallback;
 use super::with_device;
 use crate::errors::{FTLIB_BT_INVALID_CONIDX, FTLIB_ERR_INVALID_PARAM};
 use crate::ffi::guarded;

@@ -4,8 +4,9 @@ use std::sync::Weak;
 
 use ft_transfer_area::transfer_area::{Change, Config, InputValues, IZ_UNI_INPUT};
 
-use super::callbacks::{Callbacks, Event, InputNow, Told};
+use super::callbacks::Callbacks;
 use super::device::Device;
+use super::kinds::{Event, InputNow, Told};
 
 /// The kinds of inputs, each with a mask for each controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

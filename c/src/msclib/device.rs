@@ -8,8 +8,9 @@ use std::sync::{Arc, Weak};
 use ft_transfer_area::{FoundController, Statistics, TransferMode};
 use parking_lot::Mutex;
 
-use super::callbacks::{Callbacks, Context, Event, InputNow, Owner, Told};
+use super::callbacks::{Callbacks, Owner};
 use super::changes::{self, Input};
+use super::kinds::{Context, Event, InputNow, Told};
 use crate::errors::{code_of, FTLIB_ERR_DEVICE_NOT_OPEN, FTLIB_ERR_THREAD_NOT_RUNNING};
 use crate::exit::{self, Transfer};
 use crate::host;

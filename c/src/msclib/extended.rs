@@ -6,11 +6,11 @@ use std::ffi::{c_int, c_void};
 use super::absent::FtRemoteCmd;
 use super::arguments::{Bool, Bytes, Handle, Out, TextIn};
 use super::bluetooth::{self, BtScan};
-use super::callbacks::{
+use super::changes::Input;
+use super::kinds::{
     CntInCallback, Context, CounterCallback, Event, EventCallback, EventCallback2, ResultCallback,
     UniCallback,
 };
-use super::changes::Input;
 use super::library::LIBRARY;
 use super::outputs::{set, start_motors};
 use super::{i2c, index, with_device};

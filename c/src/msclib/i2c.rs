@@ -1,7 +1,7 @@
 //! The I2C calls.
 
 use super::arguments::Handle;
-use super::callbacks::ResultCallback;
+use super::kinds::ResultCallback;
 use super::with_device;
 use crate::errors::FTLIB_ERR_INVALID_PARAM;
 use crate::i2c::{Access, Request};

@@ -8,6 +8,7 @@
 //! | `library` | the state of the library: whether it is initialized, its devices and their handles |
 //! | `device` | one open device: its areas, its transfer, its I2C |
 //! | `callbacks` | the thread that calls the program back |
+//! | `kinds` | the kinds of callbacks, and what they are told |
 //! | `changes` | which changes of inputs a program is told |
 //! | `arguments` | what C passes: texts, places for values, `bool` |
 //! | all others | the exported functions, by their groups |
@@ -35,6 +36,7 @@ mod extended;
 mod i2c;
 mod information;
 mod inputs;
+mod kinds;
 mod library;
 mod older;
 mod outputs;

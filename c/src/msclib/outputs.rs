@@ -6,8 +6,9 @@ use ft_transfer_area::transfer_area::{DUTY_MAX, IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHA
 use ft_transfer_area::tx::check_duty;
 
 use super::arguments::Handle;
-use super::callbacks::{self, Event, EventCallback, EventCallback1};
+use super::callbacks;
 use super::device::Device;
+use super::kinds::{Event, EventCallback, EventCallback1};
 use super::library::LIBRARY;
 use super::{index, number, with_area};
 use crate::errors::FTLIB_ERR_INVALID_PARAM;
