@@ -49,8 +49,8 @@
 //!   own direction. An injected error makes it turn at twice that speed, or stand still, until it
 //!   is that many pulses ahead or behind.
 //! * A counter reset is reported as done in the response after the one to its command.
-//! * A sound takes a second per repeat (assumed), with repeat 0, too. One that begins while another plays is done
-//!   immediately, and so is index 0 then. Index 0 while nothing plays, and an index above 29, are never done.
+//! * A sound takes the time of the controller's file per repeat, with repeat 0, too. One that begins while another plays
+//!   is done immediately, and so is index 0 then. Index 0 while nothing plays, and an index above 29, are never done.
 //! * StopOnline and a lost client leave all outputs as they are. StartOnline sets them to 0, stops motors and forgets all
 //!   commands; a sound plays on. The counters stay. A [watchdog](SimulatedTxtBuilder::board_watchdog) is not there by default.
 //! * 8 bits of a duty, 4 bits of a master, three bits of the number of a motor's commands and the low byte of a
