@@ -48,7 +48,8 @@
 //! * A synchronised motor that is switched on turns at the speed of the motor it follows, in its
 //!   own direction. An injected error makes it turn at twice that speed, or stand still, until it
 //!   is that many pulses ahead or behind.
-//! * A counter reset is reported as done in the response after the one to its command.
+//! * A counter reset is reported as done in the response after the one to its command. During a distance it moves the end
+//!   on: the motor stops when its counter has come to the distance.
 //! * A sound takes the time of the controller's file per repeat, with repeat 0, too. One that begins while another plays
 //!   is done immediately, and so is index 0 then. Index 0 while nothing plays, and an index above 29, are never done.
 //! * StopOnline and a lost client leave all outputs as they are. StartOnline sets them to 0, stops motors and forgets all

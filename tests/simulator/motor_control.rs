@@ -5,6 +5,7 @@ use std::time::Duration;
 use ft_transfer_area::tx::Motor;
 use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area_simulator::world::MotorModel;
+use ft_transfer_area_simulator::Machine;
 
 use crate::stepped::{forward, machine, machine_with, run_until, steps};
 
@@ -153,4 +154,32 @@ fn the_same_script_gives_the_same_trace_in_steps_of_any_length() {
     assert_eq!(trace(10), first);
     assert_eq!(trace(1), first);
     assert_eq!(trace(400), first);
+}
+
+/// A machine without a world, and one with an encoder motor.
+fn both_kinds() -> [Machine; 2] {
+    [Machine::new(0), machine(&[0.1])]
+}
+
+#[test]
+fn a_counter_reset_during_a_distance_moves_its_end_on() {
+    for mut machine in both_kinds() {
+        let mut outputs = ExchangeData {
+            distance: [100, 0, 0, 0],
+            motor_command_id: [1, 0, 0, 0],
+            ..forward(512)
+        };
+        let before = steps(&mut machine, outputs, 40).counter[0];
+        assert!((30..100).contains(&before), "{before}");
+        outputs.counter_reset_id[0] = 1;
+        let report = run_until(&mut machine, outputs, |report| {
+            assert_eq!(report.motor_command_id[0] == 1, report.counter[0] >= 100, "{report:?}");
+            report.motor_command_id[0] == 1
+        });
+        assert!((100..=103).contains(&report.counter[0]), "{report:?}");
+        // A reset at the end begins nothing.
+        outputs.counter_reset_id[0] = 2;
+        let rest = steps(&mut machine, outputs, 50).counter[0];
+        assert!((0..=3).contains(&rest), "{rest}");
+    }
 }

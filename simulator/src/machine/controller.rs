@@ -145,6 +145,7 @@ impl Controller {
         for index in 0..IZ_COUNTER {
             if outputs.counter_reset_id[index] != before.counter_reset_id[index] {
                 self.counter[index] = 0;
+                self.motors[index].reset_counter();
             }
         }
         let id = outputs.sound_command_id;

@@ -46,8 +46,9 @@ enum Goal {
     /// Turn as long as there is duty.
     #[default]
     Endless,
-    /// Turn this many more pulses; then the command with this id is done.
-    Distance { left: u16, id: u16 },
+    /// Turn until the counter has come to this distance, for which this many pulses are left; then the command with
+    /// this id is done.
+    Distance { distance: u16, left: u16, id: u16 },
     /// The distance is done: stand still until the next command.
     Reached,
 }
@@ -70,7 +71,7 @@ impl Motor {
             // The same 16 bits, signed.
             self.lead = lead.saturating_add(i64::from(distance as i16));
         } else if distance > 0 {
-            self.goal = Goal::Distance { left: distance, id };
+            self.goal = Goal::Distance { distance, left: distance, id };
             self.part = 0;
         } else if self.leader.is_none() {
             self.finished_id = id;
@@ -80,6 +81,13 @@ impl Motor {
     /// Whether the motor is on its way to the end of a distance.
     pub(crate) fn has_distance(&self) -> bool {
         matches!(self.goal, Goal::Distance { .. })
+    }
+
+    /// Its counter is reset, so all of its distance is left.
+    pub(crate) fn reset_counter(&mut self) {
+        if let Goal::Distance { distance, left, .. } = &mut self.goal {
+            *left = *distance;
+        }
     }
 
     /// Whether the motor has come to the end of a distance.
@@ -159,10 +167,10 @@ impl Motor {
 
     /// Stops at the end of the distance. Returns how many of the pulses are made until then.
     fn finish(&mut self, pulses: u64) -> u64 {
-        let Goal::Distance { left, id } = self.goal else { return pulses };
+        let Goal::Distance { distance, left, id } = self.goal else { return pulses };
         match u16::try_from(pulses).ok().and_then(|pulses| left.checked_sub(pulses)) {
             Some(left) if left > 0 => {
-                self.goal = Goal::Distance { left, id };
+                self.goal = Goal::Distance { distance, left, id };
                 pulses
             }
             _ => {

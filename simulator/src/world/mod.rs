@@ -43,7 +43,8 @@
 //!   and within 11 with up to 0.1 s.
 //! * An injected error is added to the difference between the two. While the leader stays the same,
 //!   errors add up, and the part that is not made up for yet is kept.
-//! * A motor that has finished its distance is held until its next command.
+//! * A motor that has finished its distance is held until its next command. A counter reset during a distance moves its
+//!   end on.
 //! * A motor without an encoder counts nothing, so its distances never end, and a motor that is
 //!   synchronised with it stops after a few pulses. The machine's
 //!   [oddities](super::Machine::oddities) report a command that needs its count.
