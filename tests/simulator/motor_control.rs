@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ft_transfer_area::tx::Motor;
 use ft_transfer_area::wire::ExchangeData;
-use ft_transfer_area_simulator::world::MotorModel;
+use ft_transfer_area_simulator::world::{MotorModel, World};
 use ft_transfer_area_simulator::Machine;
 
 use crate::stepped::{forward, machine, machine_with, run_until, steps};
@@ -182,4 +182,27 @@ fn a_counter_reset_during_a_distance_moves_its_end_on() {
         let rest = steps(&mut machine, outputs, 50).counter[0];
         assert!((0..=3).contains(&rest), "{rest}");
     }
+}
+
+/// Where 63 pulses end at this duty.
+fn end_of_63(world: &str, duty: i16) -> i16 {
+    let world = World::from_toml(world).unwrap();
+    let mut machine = Machine::with_world(0, world).unwrap();
+    let outputs =
+        ExchangeData { distance: [63, 0, 0, 0], motor_command_id: [1, 0, 0, 0], ..forward(duty) };
+    let at_once = run_until(&mut machine, outputs, |report| report.motor_command_id[0] == 1);
+    assert!((63..=65).contains(&at_once.counter[0]), "it is done when it is counted: {at_once:?}");
+    steps(&mut machine, outputs, 100).counter[0]
+}
+
+#[test]
+fn a_motor_with_run_out_turns_beyond_its_distance_like_a_real_one() {
+    const WORLD: &str = "[master.motors]\nM1 = { pulses_per_turn = 63.3, run_out = 5 }";
+    // Speeds 5 and 8 of the maker's scale.
+    let ends = [320, 512].map(|duty| end_of_63(WORLD, duty));
+    assert!((64..=65).contains(&ends[0]) && (67..=68).contains(&ends[1]), "{ends:?}");
+    let without = WORLD.replace(", run_out = 5", "");
+    let exactly = WORLD.replace("run_out = 5", "run_out = 0");
+    assert!((63..=66).contains(&end_of_63(&without, 512)));
+    assert_eq!([320, 512].map(|duty| end_of_63(&exactly, duty)), [63, 63]);
 }

@@ -5,7 +5,7 @@ use std::mem;
 use ft_transfer_area::transfer_area::{Config, DUTY_MAX, IZ_COUNTER, IZ_MOTOR};
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 
-use crate::machine::motor::Motor;
+use crate::machine::motor::{Motor, Turning};
 use crate::machine::oddity::Task;
 use crate::machine::sound::Sound;
 
@@ -176,30 +176,19 @@ impl Controller {
         }
     }
 
-    /// Lets this many µs pass.
-    pub(crate) fn move_on(&mut self, micros: u64) {
-        self.pass_time(micros);
-        for index in 0..IZ_MOTOR {
-            let speed = self.speed(index);
-            let pulses = self.motors[index].turn(speed, micros);
-            self.add_pulses(index, pulses);
-        }
-    }
-
     /// Reports the resets of the exchange before, and remembers those of this one.
     pub(crate) fn finish_resets(&mut self) {
         self.finished_resets = self.latest_resets;
         self.latest_resets = self.outputs.counter_reset_id;
     }
 
-    /// Lets this many µs pass for all but the motors, which a world moves.
+    /// Lets this many µs pass for all but the motors.
     pub(crate) fn pass_time(&mut self, micros: u64) {
         self.sound.play(micros);
     }
 
-    fn add_pulses(&mut self, index: usize, pulses: u64) {
-        // A counter has 16 bits and keeps the lowest ones.
-        self.counter[index] = self.counter[index].wrapping_add(pulses as i16);
+    fn add_pulses(&mut self, index: usize, pulses: u16) {
+        self.counter[index] = self.counter[index].wrapping_add_unsigned(pulses);
         self.counter_input[index] ^= (pulses & 1) as i16;
     }
 
@@ -210,16 +199,16 @@ impl Controller {
         }
     }
 
-    /// The power for each motor of a world, −1.0..=1.0, at these pulses per second.
-    pub(crate) fn powers(&self, pulse_rates: [f64; IZ_MOTOR]) -> [f64; IZ_MOTOR] {
+    /// The power for each motor, −1.0..=1.0, while they turn so.
+    pub(crate) fn powers(&self, turning: [Turning; IZ_MOTOR]) -> [f64; IZ_MOTOR] {
         let mut powers: [f64; IZ_MOTOR] = std::array::from_fn(|index| {
             let power = f64::from(self.signed_duty(index)) / f64::from(DUTY_MAX);
-            power * self.motors[index].allowed(pulse_rates[index])
+            power * self.motors[index].allowed(turning[index])
         });
         let mut parts = [1.0_f64; IZ_MOTOR];
         for (follower, leader) in self.pairs().into_iter().flatten() {
             let motor = &self.motors[follower];
-            let rates = [follower, leader].map(|index| pulse_rates[index]);
+            let rates = [follower, leader].map(|index| turning[index].pulse_rate);
             let [own, leaders] = motor.allowed_together(rates[0], rates[1]);
             parts[follower] = parts[follower].min(own);
             if self.duty(follower) > 0 && !motor.has_reached() {
@@ -230,14 +219,14 @@ impl Controller {
         powers
     }
 
-    /// Counts the pulses that the motors of a world have given.
+    /// Counts the pulses that the motors have given.
     pub(crate) fn count(&mut self, pulses: [u16; IZ_MOTOR]) {
         for (follower, leader) in self.pairs().into_iter().flatten() {
             self.motors[follower].compare(pulses[follower], pulses[leader]);
         }
         for (index, pulses) in pulses.into_iter().enumerate() {
             self.motors[index].count(pulses);
-            self.add_pulses(index, u64::from(pulses));
+            self.add_pulses(index, pulses);
         }
     }
 
@@ -253,14 +242,6 @@ impl Controller {
                 self.motors[leader].has_reached() && self.motors[follower].has_distance();
             (!left_behind && !set_free).then_some((follower, leader))
         })
-    }
-
-    /// The speed of a motor as a duty: its leader's when it follows one and is itself switched on.
-    fn speed(&self, index: usize) -> u16 {
-        match (self.duty(index), self.motors[index].leader()) {
-            (1.., Some(leader)) => self.duty(leader),
-            (own, _) => own,
-        }
     }
 
     /// The duty of a motor in either direction, 0..=512.
@@ -299,19 +280,21 @@ impl Controller {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::IdealMotors;
 
     const STEP: u64 = 10_000;
 
-    /// Exchanges this many times and gives the last report.
+    /// Exchanges this many times, with new ideal motors, and gives the last report.
     fn exchange(
         controller: &mut Controller,
         outputs: ExchangeData,
         times: u32,
     ) -> ExchangeDataResponse {
+        let mut motors = IdealMotors::new(1);
         for _ in 0..times {
             controller.take_over(outputs);
             controller.finish_resets();
-            controller.move_on(STEP);
+            motors.move_on(STEP, std::slice::from_mut(controller));
         }
         controller.report()
     }
@@ -364,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn a_follower_turns_at_its_leaders_speed_and_both_finish_their_distance() {
+    fn a_pair_stays_together_and_both_finish_their_distance() {
         let mut controller = Controller::default();
         let outputs = ExchangeData {
             duty: [256, 0, 0, 512, 0, 0, 0, 0],
@@ -373,10 +356,8 @@ mod tests {
             motor_command_id: [1, 1, 0, 0],
             ..Default::default()
         };
-        let report = exchange(&mut controller, outputs, 9);
-        assert_eq!((report.counter, report.motor_command_id), ([9, 9, 0, 0], [0; 4]));
-        let report = exchange(&mut controller, outputs, 1);
-        assert_eq!((report.counter, report.motor_command_id), ([10, 10, 0, 0], [1, 0, 0, 0]));
+        let report = exchange(&mut controller, outputs, 12);
+        assert_eq!((report.counter[0], report.motor_command_id), (10, [1, 0, 0, 0]));
         let report = exchange(&mut controller, outputs, 50);
         assert_eq!((report.counter, report.motor_command_id), ([10, 20, 0, 0], [1, 1, 0, 0]));
     }

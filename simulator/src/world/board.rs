@@ -112,14 +112,18 @@ impl BoardState {
 
     /// Lets the motors turn for one tick with the power from their controller.
     pub(super) fn tick(&mut self, controller: &mut Controller) {
-        let rates =
-            self.shafts.each_ref().map(|shaft| shaft.as_ref().map_or(0.0, Shaft::pulse_rate));
-        let powers = controller.powers(rates);
+        let turning = self.shafts.each_ref().map(|shaft| shaft.as_ref().map(Shaft::turning));
+        let powers = controller.powers(turning.map(Option::unwrap_or_default));
         let mut pulses = [0; IZ_MOTOR];
         for ((shaft, power), pulses) in self.shafts.iter_mut().zip(powers).zip(&mut pulses) {
             *pulses = shaft.as_mut().map_or(0, |shaft| shaft.turn(power));
         }
         controller.count(pulses);
+    }
+
+    /// Whether no motor has turned in the last tick.
+    pub(super) fn is_at_rest(&self) -> bool {
+        self.shafts.iter().flatten().all(|shaft| shaft.speed() == 0.0)
     }
 
     /// Updates the controller's inputs and the brightness of the lamps.

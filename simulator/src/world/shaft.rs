@@ -2,12 +2,16 @@
 
 use super::motor_model::MotorModel;
 use super::slide::{AxisSwitch, Slide, Travel};
+use crate::machine::motor::Turning;
 
 /// One tick of the world in µs.
 pub(super) const TICK_MICROS: u64 = 1000;
 
 /// The same in s.
 const TICK: f64 = TICK_MICROS as f64 / 1e6;
+
+/// What a sum of parts of a pulse may be too little by, because numbers are rounded.
+const ROUNDING: f64 = 1e-9;
 
 /// A slide is at its end switch within this part of its travel.
 const SWITCH_ZONE: f64 = 0.01;
@@ -45,9 +49,10 @@ impl Shaft {
         self.speed
     }
 
-    /// Pulses per second in either direction.
-    pub(super) fn pulse_rate(&self) -> f64 {
-        self.speed.abs() * self.motor.pulses_per_turn.unwrap_or(0.0)
+    /// What the control of its controller knows of it.
+    pub(super) fn turning(&self) -> Turning {
+        let pulse_rate = self.speed.abs() * self.motor.pulses_per_turn.unwrap_or(0.0);
+        Turning { pulse_rate, runs_out: self.motor.run_out.is_some() }
     }
 
     /// Position of the slide, in the unit of its travel.
@@ -73,12 +78,22 @@ impl Shaft {
     /// Turns for one tick with this part of full power, −1.0..=1.0. Returns the pulses. Without power
     /// it brakes, like a motor whose contacts are connected.
     pub(super) fn turn(&mut self, power: f64) -> u16 {
-        let MotorModel { top_speed, time_constant, load, reversed, .. } = self.motor;
+        let MotorModel { top_speed, time_constant, load, reversed, run_out, .. } = self.motor;
         let power = if reversed { -power } else { power };
         let goal = power.signum() * top_speed * (power.abs() - load).max(0.0);
-        self.speed += (goal - self.speed) * TICK / (time_constant + TICK);
+        self.speed = match run_out {
+            Some(pulses) if power == 0.0 => self.braked(pulses),
+            Some(_) | None => self.speed + (goal - self.speed) * TICK / (time_constant + TICK),
+        };
         self.turned = self.move_slide(self.speed * TICK);
         self.count(self.turned.abs())
+    }
+
+    /// Its speed after a tick in which it is braked evenly: from its top speed it turns by so many pulses.
+    fn braked(&self, run_out: f64) -> f64 {
+        let turns = run_out / self.motor.pulses_per_turn.unwrap_or(f64::INFINITY);
+        let slower = self.motor.top_speed.powi(2) / (2.0 * turns) * TICK;
+        self.speed.signum() * (self.speed.abs() - slower).max(0.0)
     }
 
     /// Moves the slide by this many turns of the motor, or as far as it can. Returns the turns made.
@@ -101,7 +116,7 @@ impl Shaft {
 
     fn count(&mut self, turns: f64) -> u16 {
         self.part += turns * self.motor.pulses_per_turn.unwrap_or(0.0);
-        let pulses = self.part.floor();
+        let pulses = (self.part + ROUNDING).floor();
         self.part -= pulses;
         // At most 100 turns per second with 1000 pulses each, which is 100 pulses in a tick.
         pulses as u16
