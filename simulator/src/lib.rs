@@ -40,7 +40,7 @@
 //!   [lock-step](SimulatedTxtBuilder::lock_step), time moves by one step per exchange.
 //! * Outputs count from when they arrive. A response has the inputs of the time at which it is sent.
 //! * A motor at duty 512 gives 200 pulses per second, in either direction, on the counter with
-//!   its number.
+//!   its number. A counter counts when its level rises from 0 to 1.
 //! * A motor command with a distance resets the counter, stops the motor after that many pulses and
 //!   is reported as done in the response of that exchange. Without distance and master it is done
 //!   immediately. A motor that is synchronised without a distance, or with an injected error, goes

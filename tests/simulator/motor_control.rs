@@ -184,6 +184,26 @@ fn a_counter_reset_during_a_distance_moves_its_end_on() {
     }
 }
 
+#[test]
+fn a_counter_counts_when_its_level_rises() {
+    for mut machine in both_kinds() {
+        machine.set_outputs(0, forward(512));
+        let (mut level, mut rises, mut falls) = (0, 0, 0);
+        for _ in 0..1000 {
+            machine.step(Duration::from_millis(1));
+            let report = machine.report(0).unwrap();
+            match report.counter_input[0] - level {
+                1 => rises += 1,
+                -1 => falls += 1,
+                _ => {}
+            }
+            level = report.counter_input[0];
+            assert_eq!(report.counter[0], rises);
+        }
+        assert!(rises > 100 && (rises - falls) == level, "{rises} rises, {falls} falls");
+    }
+}
+
 /// Where 63 pulses end at this duty.
 fn end_of_63(world: &str, duty: i16) -> i16 {
     let world = World::from_toml(world).unwrap();

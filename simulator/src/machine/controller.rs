@@ -3,9 +3,10 @@
 use std::mem;
 
 use ft_transfer_area::transfer_area::{Config, DUTY_MAX, IZ_COUNTER, IZ_MOTOR};
+use ft_transfer_area::tx::Counter;
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 
-use crate::machine::motor::{Motor, Turning};
+use crate::machine::motor::{Motor, Pulses, Turning};
 use crate::machine::oddity::Task;
 use crate::machine::sound::Sound;
 
@@ -19,7 +20,8 @@ pub struct Controller {
     /// What I1 to I8 report, in the unit of the configured mode (0 or 1, Ω, mV, cm). The
     /// simulated TXT does not convert it.
     pub uni: [i16; 8],
-    /// The levels of C1 to C4, 0 or 1. Each pulse of a motor toggles the level of its counter.
+    /// The levels of C1 to C4, 0 or 1. A motor sets the level of its counter to 1 at each pulse, and to 0 half a pulse
+    /// later. A level that is set here counts nothing; [`set_counter_level`](Self::set_counter_level) counts.
     pub counter_input: [i16; 4],
     /// The pulses that C1 to C4 have counted. Wraps from 32767 to −32768. It stays when the
     /// connection ends.
@@ -187,15 +189,18 @@ impl Controller {
         self.sound.play(micros);
     }
 
-    fn add_pulses(&mut self, index: usize, pulses: u16) {
-        self.counter[index] = self.counter[index].wrapping_add_unsigned(pulses);
-        self.counter_input[index] ^= (pulses & 1) as i16;
+    /// Sets the level of a counter input, as what is plugged in there does. The counter counts when the level rises
+    /// from 0 to 1.
+    pub fn set_counter_level(&mut self, counter: Counter, is_high: bool) {
+        let rises = is_high && self.counter_input[counter.index()] == 0;
+        let pulses = Pulses { count: rises.into(), level: Some(is_high) };
+        self.add_pulses(counter.index(), pulses);
     }
 
-    /// Sets the level of a counter input that no motor uses. A change counts as a pulse.
-    pub(crate) fn set_counter_level(&mut self, index: usize, is_high: bool) {
-        if self.counter_input[index] != i16::from(is_high) {
-            self.add_pulses(index, 1);
+    fn add_pulses(&mut self, index: usize, Pulses { count, level }: Pulses) {
+        self.counter[index] = self.counter[index].wrapping_add_unsigned(count);
+        if let Some(is_high) = level {
+            self.counter_input[index] = is_high.into();
         }
     }
 
@@ -220,12 +225,12 @@ impl Controller {
     }
 
     /// Counts the pulses that the motors have given.
-    pub(crate) fn count(&mut self, pulses: [u16; IZ_MOTOR]) {
+    pub(crate) fn count(&mut self, pulses: [Pulses; IZ_MOTOR]) {
         for (follower, leader) in self.pairs().into_iter().flatten() {
-            self.motors[follower].compare(pulses[follower], pulses[leader]);
+            self.motors[follower].compare(pulses[follower].count, pulses[leader].count);
         }
         for (index, pulses) in pulses.into_iter().enumerate() {
-            self.motors[index].count(pulses);
+            self.motors[index].count(pulses.count);
             self.add_pulses(index, pulses);
         }
     }
@@ -300,12 +305,12 @@ mod tests {
     }
 
     #[test]
-    fn either_direction_counts_up_and_pulses_toggle_the_input() {
+    fn either_direction_counts_up_and_a_pulse_raises_the_level() {
         let mut controller = Controller::default();
         let outputs = ExchangeData { duty: [512, 0, 0, 256, 0, 0, 0, 0], ..Default::default() };
         let report = exchange(&mut controller, outputs, 5);
         assert_eq!(report.counter, [10, 5, 0, 0]);
-        assert_eq!(report.counter_input, [0, 1, 0, 0]);
+        assert_eq!(report.counter_input, [1, 1, 0, 0]);
     }
 
     #[test]

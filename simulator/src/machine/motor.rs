@@ -29,6 +29,14 @@ pub(crate) struct Turning {
     pub(crate) runs_out: bool,
 }
 
+/// What the encoder of a motor has given.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Pulses {
+    pub(crate) count: u16,
+    /// Its level, if it has changed. It is high in the first half of a pulse.
+    pub(crate) level: Option<bool>,
+}
+
 /// One motor and its command.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Motor {

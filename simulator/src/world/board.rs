@@ -14,6 +14,7 @@ use super::sensor::Sensor;
 use super::shaft::Shaft;
 use super::slide::Slide;
 use crate::machine::controller::Controller;
+use crate::machine::motor::Pulses;
 
 const BOARD: &str = "expected a table, as in [master]";
 const INPUTS: &str = "expected a table, as in [master.inputs]";
@@ -114,9 +115,9 @@ impl BoardState {
     pub(super) fn tick(&mut self, controller: &mut Controller) {
         let turning = self.shafts.each_ref().map(|shaft| shaft.as_ref().map(Shaft::turning));
         let powers = controller.powers(turning.map(Option::unwrap_or_default));
-        let mut pulses = [0; IZ_MOTOR];
+        let mut pulses = [Pulses::default(); IZ_MOTOR];
         for ((shaft, power), pulses) in self.shafts.iter_mut().zip(powers).zip(&mut pulses) {
-            *pulses = shaft.as_mut().map_or(0, |shaft| shaft.turn(power));
+            *pulses = shaft.as_mut().map_or(Pulses::default(), |shaft| shaft.turn(power));
         }
         controller.count(pulses);
     }

@@ -2,13 +2,16 @@
 
 use super::motor_model::MotorModel;
 use super::slide::{AxisSwitch, Slide, Travel};
-use crate::machine::motor::Turning;
+use crate::machine::motor::{Pulses, Turning};
 
 /// One tick of the world in µs.
 pub(super) const TICK_MICROS: u64 = 1000;
 
 /// The same in s.
 const TICK: f64 = TICK_MICROS as f64 / 1e6;
+
+/// From this part of a pulse on its level is low.
+const HALF: f64 = 0.5 - ROUNDING;
 
 /// What a sum of parts of a pulse may be too little by, because numbers are rounded.
 const ROUNDING: f64 = 1e-9;
@@ -77,7 +80,7 @@ impl Shaft {
 
     /// Turns for one tick with this part of full power, −1.0..=1.0. Returns the pulses. Without power
     /// it brakes, like a motor whose contacts are connected.
-    pub(super) fn turn(&mut self, power: f64) -> u16 {
+    pub(super) fn turn(&mut self, power: f64) -> Pulses {
         let MotorModel { top_speed, time_constant, load, reversed, run_out, .. } = self.motor;
         let power = if reversed { -power } else { power };
         let goal = power.signum() * top_speed * (power.abs() - load).max(0.0);
@@ -114,12 +117,16 @@ impl Shaft {
         (self.position - before) / per_turn
     }
 
-    fn count(&mut self, turns: f64) -> u16 {
+    fn count(&mut self, turns: f64) -> Pulses {
+        let was_low = self.part >= HALF;
         self.part += turns * self.motor.pulses_per_turn.unwrap_or(0.0);
         let pulses = (self.part + ROUNDING).floor();
         self.part -= pulses;
         // At most 100 turns per second with 1000 pulses each, which is 100 pulses in a tick.
-        pulses as u16
+        let count = pulses as u16;
+        let is_low = self.part >= HALF;
+        let changed = count > 0 || is_low != was_low;
+        Pulses { count, level: changed.then_some(!is_low) }
     }
 
     /// Whether the slide is at its start and at its end.
@@ -155,7 +162,7 @@ mod tests {
     use super::*;
 
     fn turn(shaft: &mut Shaft, power: f64, ticks: u32) -> u32 {
-        (0..ticks).map(|_| u32::from(shaft.turn(power))).sum()
+        (0..ticks).map(|_| u32::from(shaft.turn(power).count)).sum()
     }
 
     #[test]
