@@ -188,7 +188,8 @@ impl Machine {
 
     /// Lets this much time pass in the machine, as between two exchanges. It does not wait.
     ///
-    /// An hour is the longest step; it takes a few seconds to compute.
+    /// In a world an hour is the longest step; it takes a few seconds to compute. So it is without a world while motors
+    /// have a distance or are synchronised.
     pub fn step(&mut self, duration: Duration) {
         self.finish_resets();
         self.move_on(u64::try_from(duration.as_micros()).unwrap_or(u64::MAX));

@@ -111,13 +111,14 @@ impl BoardState {
         self.lamps.values_mut().for_each(|brightness| *brightness = 0.0);
     }
 
-    /// Lets the motors turn for one tick with the power from their controller.
-    pub(super) fn tick(&mut self, controller: &mut Controller) {
+    /// Lets the motors turn with the power from their controller, for one tick, or for more if they have no inertia and
+    /// no task.
+    pub(super) fn turn(&mut self, controller: &mut Controller, ticks: u64) {
         let turning = self.shafts.each_ref().map(|shaft| shaft.as_ref().map(Shaft::turning));
         let powers = controller.powers(turning.map(Option::unwrap_or_default));
         let mut pulses = [Pulses::default(); IZ_MOTOR];
         for ((shaft, power), pulses) in self.shafts.iter_mut().zip(powers).zip(&mut pulses) {
-            *pulses = shaft.as_mut().map_or(Pulses::default(), |shaft| shaft.turn(power));
+            *pulses = shaft.as_mut().map_or(Pulses::default(), |shaft| shaft.turn(power, ticks));
         }
         controller.count(pulses);
     }

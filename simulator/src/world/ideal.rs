@@ -37,15 +37,26 @@ impl IdealMotors {
 
     /// Lets this many µs pass, for these controllers.
     pub(crate) fn move_on(&mut self, micros: u64, controllers: &mut [Controller]) {
-        self.rest += micros.min(LONGEST_STEP);
-        while self.rest >= TICK_MICROS {
-            self.rest -= TICK_MICROS;
-            let pairs = self.boards.iter_mut().zip(&mut *controllers);
-            pairs.for_each(|(board, controller)| board.tick(controller));
-            if self.boards.iter().all(BoardState::is_at_rest) {
-                // Without inertia a motor that stands begins to turn only by another command.
-                self.rest %= TICK_MICROS;
-            }
+        let passed = self.rest.saturating_add(micros);
+        self.rest = passed % TICK_MICROS;
+        for (board, controller) in self.boards.iter_mut().zip(controllers) {
+            turn(board, controller, passed / TICK_MICROS);
+        }
+    }
+}
+
+/// Turns the motors of a controller for so many ticks.
+fn turn(board: &mut BoardState, controller: &mut Controller, ticks: u64) {
+    for done in 0..ticks.min(LONGEST_STEP / TICK_MICROS) {
+        if controller.tasks().next().is_none() {
+            // No motor changes its speed before the next command.
+            return board.turn(controller, ticks - done);
+        }
+        let was_at_rest = board.is_at_rest();
+        board.turn(controller, 1);
+        if was_at_rest && board.is_at_rest() {
+            // Nothing changes before the next command.
+            return;
         }
     }
 }

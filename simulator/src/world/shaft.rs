@@ -78,9 +78,9 @@ impl Shaft {
         (self.speed, self.turned) = (0.0, 0.0);
     }
 
-    /// Turns for one tick with this part of full power, −1.0..=1.0. Returns the pulses. Without power
-    /// it brakes, like a motor whose contacts are connected.
-    pub(super) fn turn(&mut self, power: f64) -> Pulses {
+    /// Turns for one tick, or for more at the speed after one, with this part of full power, −1.0..=1.0. Returns the
+    /// pulses. Without power it brakes, like a motor whose contacts are connected.
+    pub(super) fn turn(&mut self, power: f64, ticks: u64) -> Pulses {
         let MotorModel { top_speed, time_constant, load, reversed, run_out, .. } = self.motor;
         let power = if reversed { -power } else { power };
         let goal = power.signum() * top_speed * (power.abs() - load).max(0.0);
@@ -88,7 +88,7 @@ impl Shaft {
             Some(pulses) if power == 0.0 => self.braked(pulses),
             Some(_) | None => self.speed + (goal - self.speed) * TICK / (time_constant + TICK),
         };
-        self.turned = self.move_slide(self.speed * TICK);
+        self.turned = self.move_slide(self.speed * TICK * ticks as f64);
         self.count(self.turned.abs())
     }
 
@@ -122,8 +122,8 @@ impl Shaft {
         self.part += turns * self.motor.pulses_per_turn.unwrap_or(0.0);
         let pulses = (self.part + ROUNDING).floor();
         self.part -= pulses;
-        // At most 100 turns per second with 1000 pulses each, which is 100 pulses in a tick.
-        let count = pulses as u16;
+        // A counter has 16 bits and keeps the lowest ones.
+        let count = pulses as u64 as u16;
         let is_low = self.part >= HALF;
         let changed = count > 0 || is_low != was_low;
         Pulses { count, level: changed.then_some(!is_low) }
@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     fn turn(shaft: &mut Shaft, power: f64, ticks: u32) -> u32 {
-        (0..ticks).map(|_| u32::from(shaft.turn(power).count)).sum()
+        (0..ticks).map(|_| u32::from(shaft.turn(power, 1).count)).sum()
     }
 
     #[test]
@@ -199,6 +199,20 @@ mod tests {
         assert!((1265..=1267).contains(&pulses), "{pulses}");
         let mut plain = Shaft::new(&MotorModel::default());
         assert_eq!(turn(&mut plain, 1.0, 1000), 0);
+    }
+
+    #[test]
+    fn a_motor_that_runs_out_turns_on_by_the_square_of_its_speed() {
+        for (duty, expected) in [(1.0, 20), (0.5, 5), (0.25, 1)] {
+            let mut shaft = Shaft::new(&MotorModel::encoder_motor().run_out(20.5));
+            turn(&mut shaft, duty, 1000);
+            shaft.part = 0.0;
+            let pulses = turn(&mut shaft, 0.0, 1000);
+            assert_eq!((pulses, shaft.speed()), (expected, 0.0));
+        }
+        let mut exact = Shaft::new(&MotorModel::encoder_motor().run_out(0.0));
+        turn(&mut exact, 1.0, 1000);
+        assert_eq!((turn(&mut exact, 0.0, 1), exact.speed()), (0, 0.0));
     }
 
     #[test]

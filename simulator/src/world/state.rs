@@ -74,7 +74,7 @@ impl WorldState {
             }
             *ticks += 1;
             for (board, controller) in boards.iter_mut().zip(&mut *controllers) {
-                board.tick(controller);
+                board.turn(controller, 1);
             }
             if let Some(floor) = &mut floor {
                 floor.tick(boards, controllers);
