@@ -45,9 +45,8 @@
 //!   is reported as done in the response of that exchange. Without distance and master it is done
 //!   immediately. A motor that is synchronised without a distance, or with an injected error, goes
 //!   on until its next command, so its own command is never done.
-//! * A synchronised motor that is switched on turns at the speed of the motor it follows, in its
-//!   own direction. An injected error makes it turn at twice that speed, or stand still, until it
-//!   is that many pulses ahead or behind.
+//! * Of two synchronised motors the one that is ahead is slowed down. A positive injected error slows the follower down
+//!   until it is so many pulses behind, a negative one slows the leader down; with more than 16 pulses left it stands.
 //! * A counter reset is reported as done in the response after the one to its command. During a distance it moves the end
 //!   on: the motor stops when its counter has come to the distance.
 //! * A sound takes the time of the controller's file per repeat, with repeat 0, too. One that begins while another plays

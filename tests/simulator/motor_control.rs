@@ -119,16 +119,6 @@ fn distance_and_master_0_leave_the_mode() {
 }
 
 #[test]
-fn a_leader_does_not_wait_for_a_follower_that_is_switched_off() {
-    let mut machine = machine(&[0.0, 0.0]);
-    let mut outputs =
-        ExchangeData { master: [0, 1, 0, 0], motor_command_id: [0, 1, 0, 0], ..forward(512) };
-    outputs.duty[2] = 0;
-    let counter = steps(&mut machine, outputs, 500).counter;
-    assert!(counter[0] > 800 && counter[1] == 0, "{counter:?}");
-}
-
-#[test]
 fn the_same_script_gives_the_same_trace_in_steps_of_any_length() {
     let trace = |step: u64| {
         let mut machine = machine(&[0.0, 0.37, 0.1]);

@@ -6,8 +6,9 @@ use ft_transfer_area::transfer_area::{Config, DUTY_MAX, IZ_COUNTER, IZ_MOTOR};
 use ft_transfer_area::tx::Counter;
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 
-use crate::machine::motor::{Motor, Pulses, Turning};
+use crate::machine::motor::{Motor, Pulses, Shift, Turning};
 use crate::machine::oddity::Task;
+use crate::machine::positions::{Leaders, Positions};
 use crate::machine::sound::Sound;
 
 /// The master or one extension: what its inputs report, and the outputs it has received.
@@ -40,6 +41,8 @@ pub struct Controller {
     /// The id of that configuration; 0 before the first one after StartOnline.
     pub config_id: i16,
     motors: [Motor; IZ_MOTOR],
+    /// Where they are for their synchronisation.
+    positions: Positions,
     motor_ids: [CommandIds; IZ_MOTOR],
     sound: Sound,
     /// Ids of the counter resets that were done before this exchange.
@@ -130,6 +133,7 @@ impl Controller {
     pub(crate) fn stop_outputs(&mut self) {
         self.outputs = ExchangeData::default();
         self.motors = Default::default();
+        self.positions = Positions::default();
         self.motor_ids = Default::default();
         self.finished_resets = [0; IZ_COUNTER];
         self.latest_resets = [0; IZ_COUNTER];
@@ -172,10 +176,28 @@ impl Controller {
         let (motor, number) = (&mut self.motors[index], self.motor_ids[index].add(id));
         // 4 bits of it reach the board.
         let master = self.outputs.master[index] & 0xF;
-        motor.begin(number, master, self.outputs.distance[index]);
+        let shift = motor.begin(number, master, self.outputs.distance[index]);
         if motor.has_distance() {
             self.counter[index] = 0;
         }
+        self.shift(index, shift);
+    }
+
+    /// Sets where a motor counts as being, if it follows another one.
+    fn shift(&mut self, index: usize, shift: Shift) {
+        let leaders = self.leaders();
+        let Some(leader) = leaders[index] else { return };
+        if let Shift::Join | Shift::JoinWithError(_) = shift {
+            self.positions.join(index, leader, &leaders);
+        }
+        if let Shift::Error(error) | Shift::JoinWithError(error) = shift {
+            self.positions.inject(index, error);
+        }
+    }
+
+    /// The motors that follow another one, each with its leader.
+    fn leaders(&self) -> Leaders {
+        std::array::from_fn(|index| self.motors[index].leader().filter(|leader| *leader != index))
     }
 
     /// Reports the resets of the exchange before, and remembers those of this one.
@@ -211,12 +233,10 @@ impl Controller {
             power * self.motors[index].allowed(turning[index])
         });
         let mut parts = [1.0_f64; IZ_MOTOR];
-        for (follower, leader) in self.pairs().into_iter().flatten() {
-            let motor = &self.motors[follower];
-            let rates = [follower, leader].map(|index| turning[index].pulse_rate);
-            let [own, leaders] = motor.allowed_together(rates[0], rates[1]);
+        for (follower, leader) in self.pairs() {
+            let [own, leaders] = self.positions.parts((follower, leader), &turning);
             parts[follower] = parts[follower].min(own);
-            if self.duty(follower) > 0 && !motor.has_reached() {
+            if !self.motors[follower].has_reached() {
                 parts[leader] = parts[leader].min(leaders);
             }
         }
@@ -226,9 +246,7 @@ impl Controller {
 
     /// Counts the pulses that the motors have given.
     pub(crate) fn count(&mut self, pulses: [Pulses; IZ_MOTOR]) {
-        for (follower, leader) in self.pairs().into_iter().flatten() {
-            self.motors[follower].compare(pulses[follower].count, pulses[leader].count);
-        }
+        self.count_positions(pulses);
         for (index, pulses) in pulses.into_iter().enumerate() {
             self.motors[index].count(pulses.count);
             self.add_pulses(index, pulses);
@@ -236,22 +254,26 @@ impl Controller {
     }
 
     /// The motors that are synchronised at present, each follower with its leader.
-    ///
-    /// A leader does not wait for a follower that is switched off. A leader that has finished its
-    /// distance lets its followers finish theirs.
-    fn pairs(&self) -> [Option<(usize, usize)>; IZ_MOTOR] {
-        std::array::from_fn(|follower| {
-            let leader = self.motors[follower].leader().filter(|leader| *leader != follower)?;
-            let left_behind = self.duty(follower) == 0 && self.duty(leader) > 0;
-            let set_free =
-                self.motors[leader].has_reached() && self.motors[follower].has_distance();
-            (!left_behind && !set_free).then_some((follower, leader))
-        })
+    fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let followers = self.leaders().into_iter().enumerate();
+        let pairs = followers.filter_map(|(follower, leader)| Some((follower, leader?)));
+        pairs.filter(|(follower, leader)| !self.is_set_free(*follower, *leader))
     }
 
-    /// The duty of a motor in either direction, 0..=512.
-    fn duty(&self, index: usize) -> u16 {
-        self.signed_duty(index).unsigned_abs()
+    /// Whether a follower goes on alone: a leader that has finished its distance lets its followers finish theirs.
+    fn is_set_free(&self, follower: usize, leader: usize) -> bool {
+        self.motors[leader].has_reached() && self.motors[follower].has_distance()
+    }
+
+    /// Counts where the motors are for their synchronisation. What a follower does alone does not count.
+    fn count_positions(&mut self, mut pulses: [Pulses; IZ_MOTOR]) {
+        let leaders = self.leaders();
+        for (follower, leader) in leaders.into_iter().enumerate() {
+            if let Some(leader) = leader.filter(|leader| self.is_set_free(follower, *leader)) {
+                pulses[follower] = pulses[leader];
+            }
+        }
+        self.positions.count(&pulses, &leaders);
     }
 
     /// The duty of a motor, negative for backwards, −512..=512.
@@ -345,8 +367,10 @@ mod tests {
         let report = exchange(&mut controller, outputs, 2);
         assert_eq!((report.motor_command_id[0], report.counter_reset_id[1]), (1, 1));
         controller.stop();
-        let counter = [2, 0, 0, 0];
-        assert_eq!(controller.report(), ExchangeDataResponse { counter, ..Default::default() });
+        // The motor stands at the beginning of a pulse.
+        let (counter, counter_input) = ([2, 0, 0, 0], [1, 0, 0, 0]);
+        let expected = ExchangeDataResponse { counter, counter_input, ..Default::default() };
+        assert_eq!(controller.report(), expected);
         let outputs = ExchangeData { duty: outputs.duty, ..Default::default() };
         assert_eq!(exchange(&mut controller, outputs, 1).counter, [4, 0, 0, 0]);
     }
@@ -368,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn a_follower_that_is_switched_off_stands_still() {
+    fn a_follower_that_is_switched_off_stands_still_and_its_leader_waits() {
         let mut controller = Controller::default();
         let outputs = ExchangeData {
             duty: [512, 0, 0, 0, 0, 0, 0, 0],
@@ -376,7 +400,7 @@ mod tests {
             motor_command_id: [0, 1, 0, 0],
             ..Default::default()
         };
-        assert_eq!(exchange(&mut controller, outputs, 10).counter, [20, 0, 0, 0]);
+        assert_eq!(exchange(&mut controller, outputs, 100).counter, [4, 0, 0, 0]);
     }
 
     #[test]

@@ -7,6 +7,7 @@ pub(crate) mod journal;
 pub(crate) mod motor;
 pub(crate) mod oddity;
 mod online;
+mod positions;
 mod sound;
 pub(crate) mod words;
 

@@ -1,4 +1,4 @@
-//! The control of one motor: distances, synchronisation, injected errors.
+//! The control of one motor: its command.
 //!
 //! The control sets the [power](Motor::allowed) of its motors and [counts](Motor::count) their
 //! pulses.
@@ -12,13 +12,6 @@ const APPROACH: f64 = 0.15;
 
 /// But this speed is always allowed, in pulses per second.
 const CREEP: f64 = 15.0;
-
-/// A motor that is this many pulses ahead, or will be in [`LOOK_AHEAD`], gets no power.
-const MOST_AHEAD: f64 = 4.0;
-
-/// How far into the future two synchronised motors are compared, in s. A motor with inertia has to
-/// be slowed down before it is too far ahead.
-const LOOK_AHEAD: f64 = 0.02;
 
 /// What the control knows of a motor that turns.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,10 +34,8 @@ pub(crate) struct Pulses {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Motor {
     goal: Goal,
-    /// Index of the motor whose speed is followed.
+    /// Index of the motor that is followed.
     leader: Option<usize>,
-    /// How many pulses this motor is behind and still has to make up for; negative when it is ahead.
-    lead: i64,
     /// Id of the last command that is done.
     finished_id: u16,
 }
@@ -61,9 +52,21 @@ enum Goal {
     Reached,
 }
 
+/// What a command changes in where a motor that follows counts as being.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shift {
+    /// To where its leader is.
+    Join,
+    /// On by the injected error.
+    Error(i16),
+    /// To where its leader is, and on by the injected error.
+    JoinWithError(i16),
+}
+
 impl Motor {
-    /// Begins a command. The caller resets the counter when it [has a distance](Self::has_distance).
-    pub(crate) fn begin(&mut self, id: u16, master: i16, distance: u16) {
+    /// Begins a command. The caller resets the counter when it [has a distance](Self::has_distance), and shifts the motor
+    /// if it has a [leader](Self::leader).
+    pub(crate) fn begin(&mut self, id: u16, master: i16, distance: u16) -> Shift {
         let master = usize::try_from(master).unwrap_or(0);
         let injects_error = (IZ_MOTOR + 1..=2 * IZ_MOTOR).contains(&master);
         let before = mem::take(self);
@@ -72,16 +75,17 @@ impl Motor {
             self.leader = Some((master - 1) % IZ_MOTOR);
         }
         if injects_error {
-            // The part that is not made up for yet is kept.
+            // The same 16 bits, signed. The part of others that is not made up for yet is kept.
+            let error = distance as i16;
             let goes_on = before.leader == self.leader && matches!(before.goal, Goal::Endless);
-            let lead = if goes_on { before.lead } else { 0 };
-            // The same 16 bits, signed.
-            self.lead = lead.saturating_add(i64::from(distance as i16));
-        } else if distance > 0 {
+            return if goes_on { Shift::Error(error) } else { Shift::JoinWithError(error) };
+        }
+        if distance > 0 {
             self.goal = Goal::Distance { distance, left: distance, id };
         } else if self.leader.is_none() {
             self.finished_id = id;
         }
+        Shift::Join
     }
 
     /// Whether the motor is on its way to the end of a distance.
@@ -101,7 +105,7 @@ impl Motor {
         matches!(self.goal, Goal::Reached)
     }
 
-    /// Index of the motor whose speed is followed.
+    /// Index of the motor that is followed.
     pub(crate) fn leader(&self) -> Option<usize> {
         self.leader
     }
@@ -123,13 +127,6 @@ impl Motor {
         }
     }
 
-    /// The parts of their power that it and its leader get at these pulses per second, so that
-    /// neither gets too far ahead.
-    pub(crate) fn allowed_together(&self, own_rate: f64, leader_rate: f64) -> [f64; 2] {
-        let behind = self.lead as f64 + LOOK_AHEAD * (leader_rate - own_rate);
-        [-behind, behind].map(|ahead| (1.0 - ahead / MOST_AHEAD).clamp(0.0, 1.0))
-    }
-
     /// It has turned by this many pulses.
     pub(crate) fn count(&mut self, pulses: u16) {
         let Goal::Distance { distance, left, id } = self.goal else { return };
@@ -139,11 +136,6 @@ impl Motor {
             self.goal = Goal::Reached;
             self.finished_id = id;
         }
-    }
-
-    /// Compares the pulses that it and its leader have turned.
-    pub(crate) fn compare(&mut self, own: u16, leader: u16) {
-        self.lead = self.lead.saturating_add(i64::from(leader) - i64::from(own));
     }
 
     /// Id of the last command that is done.
@@ -201,6 +193,18 @@ mod tests {
             motor.count(u16::MAX);
             assert_eq!(motor.finished_id(), 0);
         }
+    }
+
+    #[test]
+    fn injected_errors_add_up_while_the_leader_stays_the_same() {
+        let mut motor = Motor::default();
+        assert_eq!(motor.begin(1, 5, 6), Shift::JoinWithError(6));
+        assert_eq!(motor.begin(2, 5, (-6_i16) as u16), Shift::Error(-6));
+        assert_eq!(motor.begin(3, 6, 7), Shift::JoinWithError(7));
+        assert_eq!(motor.begin(4, 2, 10), Shift::Join);
+        assert_eq!(motor.begin(5, 6, 8), Shift::JoinWithError(8));
+        assert!(!motor.has_distance());
+        assert_eq!(motor.finished_id(), 0);
     }
 
     #[test]

@@ -40,12 +40,14 @@
 //!   pulses, 63 pulses end at 67 or 68 at full speed, and at 64 or 65 at five eighths of it. So users report it of real
 //!   motors. The id is reported as done when the distance is counted, before the motor stands. With 0 it stops exactly.
 //! * Of two synchronised motors it slows down the one that is ahead, or will be in 0.02 s, by a
-//!   quarter of its duty for each pulse. A leader waits for its slowest follower, but not for one
-//!   that is switched off or has finished its distance. Motors that start together and give up to
+//!   quarter of its duty for each pulse. A leader waits for its slowest follower, also for one that is
+//!   blocked or switched off, but not for one that has finished its distance. Motors that start together and give up to
 //!   200 pulses per second stay within 6 pulses under any load, with time constants of up to 0.05 s,
 //!   and within 11 with up to 0.1 s.
-//! * An injected error is added to the difference between the two. While the leader stays the same,
-//!   errors add up, and the part that is not made up for yet is kept.
+//! * A positive injected error slows the follower down until its leader is so many pulses ahead, a negative one slows the
+//!   leader down. With more than 16 pulses left, that motor stands; with 8 left, it turns at half the speed of the other
+//!   one. While the leader stays the same, errors add up. Such a command is never done.
+//! * Motors that follow each other in a circle stay together and go on.
 //! * A motor that has finished its distance is held until its next command. A counter reset during a distance moves its
 //!   end on.
 //! * A motor without an encoder counts nothing, so its distances never end, and a motor that is
