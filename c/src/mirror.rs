@@ -232,10 +232,10 @@ impl<A: Area> Mirror<A> {
         // A program that sees a flag also sees the values, and one that sees an id also sees the flag: otherwise it
         // could set a flag back before it is set.
         for i in (0..4).filter(|i| done.0[*i]) {
-            fields.flag(array, fields.cnt_resetted, i, true);
+            fields.set_flag(array, fields.cnt_resetted, i);
         }
         for i in (0..4).filter(|i| done.1[*i]) {
-            fields.flag(array, fields.motor_ex_reached, i, true);
+            fields.set_flag(array, fields.motor_ex_reached, i);
         }
         fields.store_ids(array, &input);
         for i in 0..4 {
@@ -277,17 +277,10 @@ impl<A: Area> Mirror<A> {
             area.output.duty = output.duty;
             area.output.master = output.master;
             area.output.distance = output.distance;
-            let fields = InputFields::of(places.input);
             for i in 0..4 {
                 let (counter, motor) = (&mut known.counters[i], &mut known.motors[i]);
                 let (counter_id, motor_id) =
                     (output.cnt_reset_cmd_id[i], output.motor_ex_cmd_id[i]);
-                if !A::FLAGS_STAY && counter.is_new(counter_id) {
-                    fields.flag(array, fields.cnt_resetted, i, false);
-                }
-                if !A::FLAGS_STAY && motor.is_new(motor_id) {
-                    fields.flag(array, fields.motor_ex_reached, i, false);
-                }
                 let to = &mut area.output;
                 to.cnt_reset_cmd_id[i] = counter.send(counter_id).unwrap_or(to.cnt_reset_cmd_id[i]);
                 to.motor_ex_cmd_id[i] = motor.send(motor_id).unwrap_or(to.motor_ex_cmd_id[i]);
@@ -352,9 +345,9 @@ impl InputFields {
         array.store(self.motor_ex_cmd_id, input.motor_ex_cmd_id);
     }
 
-    /// Sets one of four flags to 1 or 0.
-    fn flag<A: Area>(&self, array: &AreaArray<A>, flags: *mut u16, index: usize, is: bool) {
-        array.store(flags.wrapping_add(index), u16::from(is));
+    /// Sets one of four flags. Only the program sets it back.
+    fn set_flag<A: Area>(&self, array: &AreaArray<A>, flags: *mut u16, index: usize) {
+        array.store(flags.wrapping_add(index), 1);
     }
 }
 

@@ -39,9 +39,6 @@ pub(crate) struct Places {
 ///
 /// All bits 0 are a valid area, and [`places`](Self::places) lead into the area that is given.
 pub(crate) unsafe trait Area: 'static {
-    /// Whether the program sets `cnt_resetted` and `motor_ex_reached` back, as on the TX. Otherwise a new
-    /// command does so, too.
-    const FLAGS_STAY: bool;
     /// Whether 0 is the normal mode of a counter and 1 the inverted one, as on the TX. On a TXT it is the
     /// other way round.
     const COUNTERS_NORMAL_AT_0: bool;
@@ -80,7 +77,6 @@ macro_rules! places {
 
 // SAFETY: integers and pointers, for which all bits 0 are valid; the places are those of its fields.
 unsafe impl Area for Ta {
-    const FLAGS_STAY: bool = true;
     const COUNTERS_NORMAL_AT_0: bool = true;
 
     unsafe fn places(area: *mut Self) -> Places {
@@ -90,7 +86,6 @@ unsafe impl Area for Ta {
 
 // SAFETY: integers only; the places are those of its fields.
 unsafe impl Area for FishX1Transfer {
-    const FLAGS_STAY: bool = false;
     const COUNTERS_NORMAL_AT_0: bool = false;
 
     unsafe fn places(area: *mut Self) -> Places {
