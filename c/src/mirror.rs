@@ -1,6 +1,8 @@
 //! Between a program's areas and the handler's: outputs of the program to the controller, inputs of the
 //! controller to the program.
 
+mod commands;
+
 use std::hint;
 use std::sync::Arc;
 use std::time::Instant;
@@ -12,6 +14,7 @@ use ft_transfer_area::transfer_area::{
 use ft_transfer_area::FirmwareVersion;
 
 use crate::memory::{Area, AreaArray, AREAS};
+use commands::{ContinuedId, MotorCommand};
 
 /// The program runs on the controller, as far as it knows.
 pub(crate) const DEV_MODE_LOCAL: u8 = 0;
@@ -51,71 +54,22 @@ struct Known {
     /// The program's id when the configuration was sent last.
     config_id: Option<u8>,
     counters: [ContinuedId; 4],
-    motors: [ContinuedId; 4],
+    motors: [MotorCommand; 4],
     sound: ContinuedId,
     online: bool,
-}
-
-/// The command id of one counter, motor or sound.
-///
-/// A program begins to count where it likes, and a controller remembers the last id of the program before.
-/// So ids on the wire continue from the controller's, and the program sees them as continued from its own.
-#[derive(Clone, Copy, Default)]
-struct ContinuedId {
-    /// The program's id when the transfer began, and the controller's id then.
-    first: u16,
-    base: u16,
-    /// The program's id that went out last.
-    sent: u16,
-    /// Not done yet.
-    pending: bool,
-}
-
-impl ContinuedId {
-    /// A transfer begins with the controller at `echo`. A command that the program gave before is still to
-    /// be sent.
-    fn begin(&mut self, echo: u16) {
-        *self = Self { first: self.sent, base: echo, sent: self.sent, pending: false };
-    }
-
-    /// Whether this id of the program's is that of a new command.
-    fn is_new(&self, id: u16) -> bool {
-        id != self.sent
-    }
-
-    /// The id to send for the program's; none has been given yet when it is none.
-    fn send(&mut self, id: u16) -> Option<u16> {
-        if self.is_new(id) {
-            (self.sent, self.pending) = (id, true);
-        }
-        (id != self.first || self.pending).then(|| self.wire(id))
-    }
-
-    fn wire(&self, id: u16) -> u16 {
-        id.wrapping_sub(self.first).wrapping_add(self.base)
-    }
-
-    /// The program's view of an id that came back, and whether it is the one that it is waiting for: not
-    /// when it has given a newer one since.
-    fn receive(&mut self, echo: u16, newest: u16) -> (u16, bool) {
-        let id = echo.wrapping_sub(self.base).wrapping_add(self.first);
-        let done = self.pending && id == self.sent;
-        self.pending &= !done;
-        (id, done && id == newest)
-    }
 }
 
 impl<A: Area> Mirror<A> {
     /// For a program that runs where `dev_mode` says, one of `DEV_MODE_…`.
     pub(crate) fn new(array: Arc<AreaArray<A>>, dev_mode: u8) -> Self {
-        Self { array, dev_mode, known: [Known::default(); AREAS], begun: Instant::now() }
+        let known = [Known::default(); AREAS];
+        Self { array, dev_mode, known, begun: Instant::now() }
     }
 
     /// For the same areas and a handler that has not sent their configuration.
     pub(crate) fn for_other_handler(&self) -> Self {
         let known = self.known.map(|known| Known { config_id: None, ..known });
-        let Self { dev_mode, begun, .. } = *self;
-        Self { array: Arc::clone(&self.array), dev_mode, known, begun }
+        Self { array: Arc::clone(&self.array), known, ..*self }
     }
 
     /// Takes the configurations into the areas that go out, also those whose id is not new.
@@ -155,10 +109,24 @@ impl<A: Area> Mirror<A> {
     /// A transfer has begun, and these are the areas with the first response.
     pub(crate) fn begin(&mut self, areas: &[FishX1Transfer]) {
         for (known, area) in self.known.iter_mut().zip(areas) {
-            let input = &area.input;
-            known.counters.iter_mut().zip(input.cnt_reset_cmd_id).for_each(|(it, id)| it.begin(id));
-            known.motors.iter_mut().zip(input.motor_ex_cmd_id).for_each(|(it, id)| it.begin(id));
-            known.sound.begin(area.txt_inputs.sound_cmd_id);
+            let FishX1Transfer { input, output, txt_inputs, txt_outputs, .. } = area;
+            for i in 0..4 {
+                let (given, echo) = (output.cnt_reset_cmd_id[i], input.cnt_reset_cmd_id[i]);
+                known.counters[i].begin(given, echo);
+                let (given, echo) = (output.motor_ex_cmd_id[i], input.motor_ex_cmd_id[i]);
+                known.motors[i].begin(given, echo);
+            }
+            known.sound.begin(txt_outputs.sound_cmd_id, txt_inputs.sound_cmd_id);
+        }
+    }
+
+    /// All outputs were off for a while. These are the areas as they are now.
+    pub(crate) fn go_on(&mut self, areas: &[FishX1Transfer]) {
+        for (known, FishX1Transfer { input, output, .. }) in self.known.iter_mut().zip(areas) {
+            for (i, motor) in known.motors.iter_mut().enumerate() {
+                let (stop, echo) = (output.motor_ex_cmd_id[i], input.motor_ex_cmd_id[i]);
+                motor.go_on(stop, echo, input.counter[i]);
+            }
         }
     }
 
@@ -216,7 +184,7 @@ impl<A: Area> Mirror<A> {
             (input.cnt_reset_cmd_id[i], done.0[i]) =
                 known.counters[i].receive(input.cnt_reset_cmd_id[i], newest.cnt_reset_cmd_id[i]);
             (input.motor_ex_cmd_id[i], done.1[i]) =
-                known.motors[i].receive(input.motor_ex_cmd_id[i], newest.motor_ex_cmd_id[i]);
+                known.motors[i].id.receive(input.motor_ex_cmd_id[i], newest.motor_ex_cmd_id[i]);
         }
         let mut txt_inputs = area.txt_inputs;
         let id = txt_inputs.sound_cmd_id;
@@ -276,14 +244,18 @@ impl<A: Area> Mirror<A> {
             let output = read(array, places.output);
             area.output.duty = output.duty;
             area.output.master = output.master;
-            area.output.distance = output.distance;
             for i in 0..4 {
                 let (counter, motor) = (&mut known.counters[i], &mut known.motors[i]);
-                let (counter_id, motor_id) =
-                    (output.cnt_reset_cmd_id[i], output.motor_ex_cmd_id[i]);
                 let to = &mut area.output;
-                to.cnt_reset_cmd_id[i] = counter.send(counter_id).unwrap_or(to.cnt_reset_cmd_id[i]);
-                to.motor_ex_cmd_id[i] = motor.send(motor_id).unwrap_or(to.motor_ex_cmd_id[i]);
+                let id = counter.send(output.cnt_reset_cmd_id[i]);
+                to.cnt_reset_cmd_id[i] = id.unwrap_or(to.cnt_reset_cmd_id[i]);
+                let (master, distance) = (output.master[i], output.distance[i]);
+                let (id, distance) = motor.send(output.motor_ex_cmd_id[i], master, distance);
+                to.motor_ex_cmd_id[i] = id.unwrap_or(to.motor_ex_cmd_id[i]);
+                to.distance[i] = distance;
+                if motor.is_still() {
+                    to.duty[2 * i..][..2].fill(0);
+                }
             }
             let mut txt_outputs = array.load(places.txt_outputs);
             let sound = known.sound.send(txt_outputs.sound_cmd_id);

@@ -283,26 +283,10 @@ impl<A: Area> Drop for ProgramSession<A> {
 impl<A: Area> SessionParts<A> {
     fn run(&self) {
         let area = self.handler.areas().clone();
-        let ended = loop {
-            match self.cycle(&area) {
-                Ok(ControlFlow::Continue(())) => {}
-                Ok(ControlFlow::Break(())) => break self.end_transfer().err(),
-                Err(error) => {
-                    // It goes on after a callback that took too long. The first error says more.
-                    let _ = self.end_transfer();
-                    break Some(error);
-                }
-            }
-        };
-        match ended {
-            Some(Error::WatchdogExpired { limit }) => {
-                report::failure(format_args!(
-                    "a callback took longer than {limit:?}, so the exchange has ended"
-                ));
-            }
-            // The handler has logged what else can end it.
-            _ => log::debug!("the transfer area has ended"),
-        }
+        while let Ok(ControlFlow::Continue(())) = self.cycle(&area) {}
+        // The handler has logged an error; the first one says more than one of ending.
+        let _ = self.end_transfer();
+        log::debug!("the transfer area has ended");
         self.stop_outputs();
         self.set_status(STATUS_STOP);
     }
@@ -344,19 +328,24 @@ impl<A: Area> SessionParts<A> {
         Ok(flow)
     }
 
-    /// Waits for a response. If no call of the program kept this thread from going on, its computer was too busy:
-    /// then the program knows nothing of the outputs that were off, and wants them on again.
+    /// Waits for a response. After a callback that took long, or when the computer was too busy, the program knows
+    /// nothing of the outputs that were off, and wants them on again.
     fn wait_cycle<'a>(&self, area: &'a TransferAreas) -> Result<TransferAreaGuard<'a>, Error> {
-        match area.wait_cycle() {
-            Err(Error::WatchdogExpired { limit }) if !self.took_long.load(Ordering::Relaxed) => {
-                log::warn!(
-                    "this computer was too busy to exchange with the controller for {limit:?}; all \
-                     outputs were off meanwhile, and are on again as the program set them"
-                );
-                area.wait_cycle()
-            }
-            result => result,
-        }
+        let limit = match area.wait_cycle() {
+            Err(Error::WatchdogExpired { limit }) => limit,
+            result => return result,
+        };
+        let areas = area.wait_cycle()?;
+        let cause = if self.took_long.load(Ordering::Relaxed) {
+            "a callback of the program took longer"
+        } else {
+            "this computer was too busy to exchange with the controller for longer"
+        };
+        log::warn!(
+            "{cause} than {limit:?}; all outputs were off meanwhile, and are on again as the program set them"
+        );
+        self.mirror.lock().go_on(&areas);
+        Ok(areas)
     }
 
     fn take_in(&self, areas: &[FishX1Transfer]) {
