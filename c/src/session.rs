@@ -34,6 +34,8 @@ pub(crate) const STATUS_STOP: u8 = 0;
 pub(crate) const STATUS_RUN: u8 = 1;
 /// `TA_STATUS_SYNC`.
 pub(crate) const STATUS_SYNC: u8 = 2;
+/// The outputs are off, and the transfer is about to end. Programs see `TA_STATUS_STOP`.
+const STATUS_ENDING: u8 = 3;
 
 /// What a program has done in the library's thread after each response. It may read and write its areas, and
 /// what it writes goes out in the same cycle. `Break` stops the transfer.
@@ -219,9 +221,9 @@ impl<A: Area> ProgramSession<A> {
         self.status() == STATUS_RUN
     }
 
-    /// How the transfer stands: one of `STATUS_…`.
+    /// How the transfer stands: one of `STATUS_…` that programs see.
     pub(crate) fn status(&self) -> u8 {
-        self.shared.status.load(Ordering::Acquire)
+        seen(self.shared.status.load(Ordering::Acquire))
     }
 
     /// Ends the exchange with all outputs off. From a cycle call it returns at once, and the exchange ends
@@ -238,6 +240,15 @@ impl<A: Area> ProgramSession<A> {
             join(thread);
         }
         result
+    }
+}
+
+/// What a program sees of how a transfer stands.
+fn seen(status: u8) -> u8 {
+    if status == STATUS_ENDING {
+        STATUS_STOP
+    } else {
+        status
     }
 }
 
@@ -261,7 +272,7 @@ fn join(thread: JoinHandle<()>) {
 
 impl<A: Area> exit::Transfer for ProgramSession<A> {
     fn end(&self) {
-        if self.is_running() {
+        if matches!(self.shared.status.load(Ordering::Acquire), STATUS_RUN | STATUS_ENDING) {
             // There is nobody left to read it.
             let _ = self.stop();
         }
@@ -304,7 +315,7 @@ impl<A: Area> SessionParts<A> {
     }
 
     fn set_status(&self, status: u8) {
-        self.mirror.lock().set_status(status);
+        self.mirror.lock().set_status(seen(status));
         self.status.store(status, Ordering::Release);
     }
 
@@ -323,6 +334,10 @@ impl<A: Area> SessionParts<A> {
         if flow.is_continue() {
             // The program also answers from threads of its own.
             thread::sleep((since + TIME_TO_ANSWER).saturating_duration_since(Instant::now()));
+        } else {
+            // At once, also for the program: ending may take a second.
+            self.set_status(STATUS_ENDING);
+            self.stop_outputs();
         }
         self.put_out(&mut areas);
         Ok(flow)

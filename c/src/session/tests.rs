@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::TransferMode;
-use ft_transfer_area_simulator::{Machine, SimulatedTxt};
+use ft_transfer_area_simulator::{FaultKind, Machine, SimulatedTxt};
 
 use super::*;
 use crate::memory::Ta;
@@ -110,4 +110,27 @@ fn a_program_goes_on_after_a_callback_that_took_too_long() {
     }
     assert!(session.is_running());
     session.stop().expect("it runs");
+}
+
+#[test]
+fn what_ends_by_a_callback_is_over_for_the_program_at_once() {
+    let txt = Arc::new(SimulatedTxt::builder().start().expect("a free port"));
+    let session = session::<FishX1Transfer>(&txt);
+    session.start().expect("it answers");
+    session.array().store(duty(&session), 300);
+    let limit = Duration::from_secs(10);
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 300, limit));
+    // The end waits for an answer for some time.
+    let silent = Arc::clone(&txt);
+    session.set_cycle_call(Some(Box::new(move || {
+        silent.with_machine(|machine| machine.disturb(FaultKind::Silence));
+        ControlFlow::Break(())
+    })));
+    let begun = Instant::now();
+    while session.array().load(duty(&session)) != 0 {
+        assert!(begun.elapsed() < limit);
+        thread::sleep(Duration::from_millis(1));
+    }
+    assert!(txt.with_machine(|machine| machine.online()), "it has not ended yet");
+    assert!(!session.is_running());
 }
