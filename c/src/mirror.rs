@@ -8,12 +8,13 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ft_transfer_area::transfer_area::{
-    Change, Config, FishX1Transfer, InputValues, OutputValues, PerCounter, PerInput, PerMotor,
-    Timer,
+    Change, Config, CounterMode, FishX1Transfer, InputMode, InputValues, OutputValues, PerCounter,
+    PerInput, PerMotor, Timer, UniConfig,
 };
 use ft_transfer_area::FirmwareVersion;
 
 use crate::memory::{Area, AreaArray, AREAS};
+use crate::supply::Supply;
 use commands::{ContinuedId, MotorCommand};
 
 /// The program runs on the controller, as far as it knows.
@@ -44,6 +45,9 @@ pub(crate) struct Mirror<A: Area> {
     /// One of `DEV_MODE_…`.
     dev_mode: u8,
     known: [Known; AREAS],
+    /// For a program on a TXT itself, as far as it knows. Its areas have only values of the inputs and timers:
+    /// neither names nor marks of what has changed.
+    supply: Option<Supply>,
     begun: Instant,
 }
 
@@ -63,7 +67,13 @@ impl<A: Area> Mirror<A> {
     /// For a program that runs where `dev_mode` says, one of `DEV_MODE_…`.
     pub(crate) fn new(array: Arc<AreaArray<A>>, dev_mode: u8) -> Self {
         let known = [Known::default(); AREAS];
-        Self { array, dev_mode, known, begun: Instant::now() }
+        Self { array, dev_mode, known, supply: None, begun: Instant::now() }
+    }
+
+    /// For a program that runs on a TXT itself, as far as it knows.
+    pub(crate) fn on_txt(array: Arc<AreaArray<A>>) -> Self {
+        let supply = Some(Supply::of_environment());
+        Self { supply, ..Self::new(array, DEV_MODE_LOCAL) }
     }
 
     /// For the same areas and a handler that has not sent their configuration.
@@ -72,13 +82,18 @@ impl<A: Area> Mirror<A> {
         Self { array: Arc::clone(&self.array), known, ..*self }
     }
 
+    /// The areas were made 0.
+    pub(crate) fn forget(&mut self) {
+        (self.known, self.begun) = ([Known::default(); AREAS], Instant::now());
+    }
+
     /// Takes the configurations into the areas that go out, also those whose id is not new.
     pub(crate) fn put_out_configs(&mut self, areas: &mut [FishX1Transfer]) {
         for (index, area) in areas.iter_mut().enumerate().take(AREAS) {
             let places = self.array.places(index);
             // The id first: the program raises it when the configuration is written.
             self.known[index].config_id = Some(self.array.load(places.config_id));
-            area.config = sent::<A>(self.array.load(places.config));
+            area.config = sent::<A>(self.array.load(places.config), self.supply.is_some());
             area.raise_config_id();
         }
     }
@@ -86,6 +101,9 @@ impl<A: Area> Mirror<A> {
     /// Writes what stays as it is while a controller is online: its name, its firmware, and where the program
     /// runs.
     pub(crate) fn introduce(&self, name: &str, firmware: FirmwareVersion) {
+        if self.supply.is_some() {
+            return;
+        }
         for index in 0..AREAS {
             let places = self.array.places(index);
             let mut info = self.array.load(places.info);
@@ -192,9 +210,14 @@ impl<A: Area> Mirror<A> {
 
         let fields = InputFields::of(places.input);
         fields.store_values(array, &input);
+        match self.supply {
+            // An extension has none of its own.
+            Some(supply) if index == 0 => supply.fill(&mut txt_inputs),
+            Some(_) => {}
+            None => array.store(places.change, change(&known.input, &input)),
+        }
         array.store(places.txt_inputs, txt_inputs);
         array.store(places.txt_inputs2, area.txt_inputs2);
-        array.store(places.change, change(&known.input, &input));
         known.input = input;
 
         // A program that sees a flag also sees the values, and one that sees an id also sees the flag: otherwise it
@@ -238,7 +261,7 @@ impl<A: Area> Mirror<A> {
             let config_id = array.load(places.config_id);
             if known.config_id != Some(config_id) {
                 known.config_id = Some(config_id);
-                area.config = sent::<A>(array.load(places.config));
+                area.config = sent::<A>(array.load(places.config), self.supply.is_some());
                 area.raise_config_id();
             }
             let output = read(array, places.output);
@@ -266,6 +289,9 @@ impl<A: Area> Mirror<A> {
 
     /// Says in each area how the transfer stands: `TA_STATUS_STOP`, `TA_STATUS_RUN` or `TA_STATUS_SYNC`.
     pub(crate) fn set_status(&self, status: u8) {
+        if self.supply.is_some() {
+            return;
+        }
         for index in 0..AREAS {
             // SAFETY: computes an address within the area only.
             let at = unsafe { &raw mut (*self.array.places(index).status).status };
@@ -323,14 +349,35 @@ impl InputFields {
     }
 }
 
-/// A program's configuration as a TXT understands it.
-fn sent<A: Area>(mut config: Config) -> Config {
+/// A program's configuration as a TXT in online mode understands it.
+fn sent<A: Area>(mut config: Config, is_on_txt: bool) -> Config {
     if A::COUNTERS_NORMAL_AT_0 {
         for counter in &mut config.cnt {
             counter.mode = u8::from(counter.mode == 0);
         }
     }
+    if is_on_txt {
+        config.uni.iter_mut().enumerate().for_each(|(index, input)| *input = on_txt(index, *input));
+        // There is no other.
+        config.cnt.iter_mut().for_each(|counter| counter.mode = CounterMode::Normal as u8);
+    }
     config
+}
+
+/// The configuration of an input as the library on a TXT itself understands it: it does not know all modes, and a
+/// distance is never digital.
+fn on_txt(index: usize, input: UniConfig) -> UniConfig {
+    match input.input_mode() {
+        Some(InputMode::Voltage | InputMode::Resistance) => input,
+        Some(InputMode::Ultrasonic) => UniConfig::analog(InputMode::Ultrasonic),
+        _ => {
+            let (number, mode) = (index + 1, input.mode);
+            log::warn!(
+                "I{number} measures a voltage, because a program on a TXT can't use the mode {mode}"
+            );
+            UniConfig::analog(InputMode::Voltage)
+        }
+    }
 }
 
 /// What differs between two responses.

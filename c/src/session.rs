@@ -15,7 +15,7 @@ use parking_lot::Mutex;
 use crate::exit;
 use crate::inside::Programs;
 use crate::memory::{Area, AreaArray, AREAS};
-use crate::mirror::{AreaEvent, Mirror};
+use crate::mirror::{AreaEvent, Mirror, DEV_MODE_LOCAL};
 use crate::online::Online;
 use crate::process;
 use crate::report;
@@ -64,6 +64,7 @@ pub(crate) struct ProgramSession<A: Area> {
 struct SessionParts<A: Area> {
     handler: TransferAreaComHandler,
     host: String,
+    time_to_answer: Duration,
     /// While motors may be on.
     online: Mutex<Option<Online>>,
     array: Arc<AreaArray<A>>,
@@ -109,8 +110,12 @@ impl<A: Area> ProgramSession<A> {
             .mode(settings.mode)
             .watchdog(CALLBACK_LIMIT)
             .build()?;
+        let is_on_txt = settings.dev_mode == DEV_MODE_LOCAL;
         let shared = SessionParts {
             handler,
+            // A TXT itself takes the outputs right after the callback. So the answer to a command comes after a whole
+            // cycle, and programs that wait for 10 ms between two commands rely on it.
+            time_to_answer: if is_on_txt { Duration::ZERO } else { TIME_TO_ANSWER },
             host: settings.host.clone(),
             online: Mutex::new(None),
             mirror: Mutex::new(mirror),
@@ -155,6 +160,16 @@ impl<A: Area> ProgramSession<A> {
     pub(crate) fn write_whole<R>(&self, write: impl FnOnce(&AreaArray<A>) -> R) -> R {
         let _outputs = self.shared.outputs.lock();
         write(&self.shared.array)
+    }
+
+    /// Makes all areas 0, as if no transfer had been before. Not while one runs.
+    pub(crate) fn clear(&self) {
+        if let Some(ended) = self.thread.lock().take() {
+            join(ended);
+        }
+        let _outputs = self.shared.outputs.lock();
+        self.shared.array.clear();
+        self.shared.mirror.lock().forget();
     }
 
     /// Connects, and begins to exchange. Returns after the first response.
@@ -333,7 +348,7 @@ impl<A: Area> SessionParts<A> {
         self.took_long.store(begun.elapsed() >= CALLBACK_LIMIT, Ordering::Relaxed);
         if flow.is_continue() {
             // The program also answers from threads of its own.
-            thread::sleep((since + TIME_TO_ANSWER).saturating_duration_since(Instant::now()));
+            thread::sleep((since + self.time_to_answer).saturating_duration_since(Instant::now()));
         } else {
             // At once, also for the program: ending may take a second.
             self.set_status(STATUS_ENDING);
