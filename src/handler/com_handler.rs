@@ -255,7 +255,7 @@ impl Drop for TransferAreaComHandler {
         self.area.stop_on_panic();
         // An error is in the log already, and can't be returned here.
         let _ = self.end_transfer();
-        self.area.shared().listeners.end();
+        self.area.shared().listeners.lock().end();
         self.clear_cycle_hook();
     }
 }

@@ -4,7 +4,6 @@
 //! The only other locks are that of the listeners, which is taken first, and those of the camera's stream and the I2C
 //! connection, under which no other one is taken.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use crate::client::I2cLine;
@@ -25,7 +24,7 @@ pub(crate) struct Shared {
     pub(crate) changed: Condvar,
     /// The transfer thread has something to do: all threads have answered the response, or a stop was requested.
     pub(crate) attended: Condvar,
-    pub(crate) listeners: Arc<Listeners>,
+    pub(crate) listeners: Mutex<Listeners>,
     /// For all I2C clients, in every transfer.
     pub(crate) i2c: I2cLine,
     area_count: usize,
@@ -40,7 +39,7 @@ impl Shared {
             wakers: Default::default(),
             changed: Condvar::new(),
             attended: Condvar::new(),
-            listeners: Arc::default(),
+            listeners: Mutex::default(),
             i2c: I2cLine::default(),
             area_count: areas,
             lock_step,

@@ -350,11 +350,6 @@ impl State {
         Delivered { number, cycle, arrived, first: before.is_none() }
     }
 
-    /// The number of the response that comes next.
-    pub(crate) fn next_response(&self) -> u64 {
-        self.responses.newest() + 1
-    }
-
     /// The inputs as the program sees them.
     pub(crate) fn incoming(&self) -> &Inputs {
         self.hand_over.incoming()

@@ -307,8 +307,7 @@ impl TransferAreas {
     #[doc(alias = "SetFtCbJoyStick")]
     pub fn events(&self, kinds: &[EventKind], capacity: usize) -> Result<Events, Error> {
         Error::check_range("capacity for events", capacity, 1..=Events::MAX_CAPACITY as i64)?;
-        let shared = Arc::clone(self.shared());
-        Ok(Events::new(&self.shared().listeners, kinds, capacity, shared))
+        Ok(Events::new(Arc::clone(&self.shared), kinds, capacity))
     }
 
     /// Logs every cycle from now on, for a recorder: each request with the response to it, and the beginnings,
@@ -351,8 +350,7 @@ impl TransferAreas {
     /// [`Error::OutOfRange`] for the capacity.
     pub fn cycle_log(&self, capacity: usize) -> Result<CycleLog, Error> {
         Error::check_range("capacity for a log", capacity, 1..=CycleLog::MAX_CAPACITY as i64)?;
-        let shared = self.shared();
-        Ok(CycleLog::new(Arc::clone(&shared.listeners), shared.add_log(capacity)))
+        Ok(CycleLog::new(Arc::clone(&self.shared), capacity))
     }
 
     /// Sends [`Event::MotorStalled`](crate::Event::MotorStalled) when a motor should turn but its counter does

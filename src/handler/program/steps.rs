@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use crate::camera::CameraControl;
 use crate::error::Error;
-use crate::handler::events::{Source, Step, Subscription};
 use crate::handler::long_guard::name_of;
 use crate::handler::parts::camera_work::CameraCommand;
 use crate::handler::parts::clock::TransferClock;
@@ -171,6 +170,22 @@ impl Shared {
         }
     }
 
+    /// In lock-step, for a listener: waits until more has happened than was `seen`. Does not wait without a transfer, and
+    /// returns whether there is one.
+    pub(crate) fn step(&self, mut seen: Known) -> bool {
+        let mut state = self.state_to_wait();
+        if !state.transfer.is_running() {
+            return false;
+        }
+        if let Some(ticket) = state.begin_step(seen) {
+            // An error comes as an event, too.
+            if let Ok(true) = self.wait_for_response(&mut state, ticket, &mut seen, None) {
+                self.leave_line(&mut state, ticket);
+            }
+        }
+        true
+    }
+
     /// The thread does not wait any more, and answers nothing.
     fn leave_line(&self, state: &mut State, ticket: TicketId) {
         state.tickets.remove(ticket);
@@ -290,14 +305,6 @@ impl Shared {
             self.attended.notify_one();
         }
     }
-
-    /// Adds a log of all cycles.
-    pub(crate) fn add_log(&self, capacity: usize) -> Subscription {
-        // Locked meanwhile, so that no beginning and no response comes between.
-        let mut listeners = self.listeners.lock();
-        let running = self.state().beginning();
-        listeners.add_log(capacity, running)
-    }
 }
 
 #[track_caller]
@@ -309,32 +316,4 @@ fn panic_of_holder(held: Duration) -> ! {
          the value that you need and drop the guard first",
         name_of(&current_thread()),
     )
-}
-
-/// A subscription belongs to the transfer.
-impl Source for Arc<Shared> {
-    fn panicked(&self) {
-        self.ask_to_stop(Stop::ProgramPanicked);
-    }
-
-    fn seen(&self) -> Option<Known> {
-        self.is_lock_step().then(|| self.state().known_now())
-    }
-
-    fn step(&self, mut seen: Known) -> Step {
-        let mut state = self.state_to_wait();
-        if !state.transfer.is_running() {
-            return Step::NoTransfer;
-        }
-        let Some(ticket) = state.begin_step(seen) else { return Step::Done };
-        // An error comes as an event, too.
-        if let Ok(true) = self.wait_for_response(&mut state, ticket, &mut seen, None) {
-            self.leave_line(&mut state, ticket);
-        }
-        Step::Done
-    }
-
-    fn now(&self) -> Instant {
-        self.clock().now()
-    }
 }

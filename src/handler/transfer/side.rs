@@ -62,8 +62,8 @@ impl<'a> Side<'a> {
         let mut listeners = self.0.listeners.lock();
         let mut state = self.state();
         state.run(config_updates)?;
-        if let Some(beginning) = state.beginning().filter(|_| !listeners.logs().is_empty()) {
-            listeners.logs().note(&Logged::Began(beginning));
+        if let Some(beginning) = state.beginning().filter(|_| !listeners.logs.is_empty()) {
+            listeners.logs.note(&Logged::Began(beginning));
         }
         drop(state);
         self.0.changed.notify_all();
@@ -85,7 +85,7 @@ impl<'a> Side<'a> {
         drop(state);
         self.0.changed.notify_all();
         if let Some(error) = error {
-            listeners.logs().note(&Logged::Failed { at, error });
+            listeners.logs.note(&Logged::Failed { at, error });
         }
     }
 
@@ -106,10 +106,9 @@ impl<'a> Side<'a> {
         before: &mut Inputs,
         now: &mut Inputs,
     ) -> (Delivery, Option<MutexGuard<'a, State>>) {
-        let mut listeners = self.0.listeners.lock();
+        let listeners = self.0.listeners.lock();
         let mut state = self.0.state_soon();
-        let listened = listeners.note_response(state.next_response());
-        let logged = !listeners.logs().is_empty();
+        let (listened, logged) = (listeners.kinds(), !listeners.logs.is_empty());
         drop(listeners);
         if !listened.is_empty() {
             before.clone_from(state.incoming());
@@ -141,7 +140,7 @@ impl<'a> Side<'a> {
         let Delivered { cycle, arrived, first, .. } = *response;
         let statistics = self.state().statistics;
         let cycle = LoggedCycle::exchanged(cycle, arrived, first, statistics, sent, inputs);
-        self.0.listeners.lock().logs().note_cycle(&cycle);
+        self.0.listeners.lock().logs.note_cycle(&cycle);
     }
 
     /// Holds the window open until all threads have reacted, it has lasted `length`, or a stop is requested;
