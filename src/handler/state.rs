@@ -39,7 +39,7 @@ pub(crate) struct State {
     watchdog: Watchdog,
     interruptions: Interruptions,
     /// The controller of the last connection.
-    controller: Option<Controller>,
+    pub(crate) controller: Option<Controller>,
 }
 
 /// The controller of a connection.
@@ -105,14 +105,6 @@ impl State {
             controller: None,
             clock,
         }
-    }
-
-    pub(crate) fn controller(&self) -> Option<Controller> {
-        self.controller
-    }
-
-    pub(crate) fn set_controller(&mut self, controller: Controller) {
-        self.controller = Some(controller);
     }
 
     /// The beginning of the transfer, while it is running, for a log.

@@ -246,13 +246,13 @@ impl Shared {
         let mut state = self.state();
         state.transfer.check_running()?;
         let number = state.transfer.number();
-        state.camera.command(command);
+        state.camera.command = Some(command);
         if self.is_lock_step() {
             self.attended.notify_one();
         }
         let goes_on =
             |state: &State| state.transfer.is_running() && state.transfer.number() == number;
-        while state.camera.has_command() && goes_on(&state) {
+        while state.camera.command.is_some() && goes_on(&state) {
             self.changed.wait(&mut state);
         }
         state.transfer.check_running()?;
@@ -273,7 +273,7 @@ impl Shared {
             // A gap has begun since the camera's server was started.
             stream.pause();
         }
-        state.camera.set_stream(stream);
+        state.camera.stream = Some(stream);
     }
 
     /// Sets another hook or none, and waits until the threads of earlier ones have ended, unless this is one.

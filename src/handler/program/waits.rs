@@ -171,7 +171,6 @@ mod tests {
     use super::*;
     use crate::exchange::{Inputs, Outgoing};
     use crate::handler::shared::Shared;
-    use crate::handler::transfer::side::Side;
 
     /// Areas of a transfer that is running.
     fn begun() -> TransferAreas {
@@ -181,7 +180,7 @@ mod tests {
     /// A response comes in; its window stays open.
     fn respond(area: &TransferAreas) {
         let nothing = &mut Inputs::default();
-        Side(area.shared()).deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
+        area.shared().deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
     }
 
     /// The response that a wait for one `after` another finds immediately.
@@ -194,7 +193,7 @@ mod tests {
     fn a_response_that_comes_in_during_the_first_check_is_answered_within_its_window() {
         let area = begun();
         respond(&area);
-        Side(area.shared()).hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
+        area.shared().hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
         let look = || area.learn(|known| area.shared().look(known, None)).unwrap();
         let first = area.guard(look().unwrap());
         assert_eq!(first.response(), 1, "its window was closed");

@@ -3,7 +3,7 @@ use crate::handler::program::known::Known;
 
 fn deliver(shared: &Shared) {
     let nothing = &mut Inputs::default();
-    Side(shared).deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
+    shared.deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
 }
 
 #[test]
@@ -46,14 +46,14 @@ fn the_hook_is_not_called_for_a_response_before_a_gap_or_the_end() {
     let known = &mut Known::default();
     deliver(&shared);
     let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
-    Side(&shared).lose_connection(&error, &mut [Outgoing::default()]);
+    shared.lose_connection(&error, &mut [Outgoing::default()]);
     let step = shared.state().hook_step(hook, known);
     assert!(matches!(step, HookStep::Call(Err(Error::ConnectionLost { .. }), _)), "{step:?}");
     let step = shared.state().hook_step(hook, known);
     assert!(matches!(step, HookStep::Wait), "a call after the gap: {step:?}");
     deliver(&shared);
     shared.ask_to_stop(Stop::Asked);
-    Side(&shared).finish(None);
+    shared.finish(None);
     let step = shared.state().hook_step(hook, known);
     assert!(matches!(step, HookStep::Wait), "a call after the end: {step:?}");
 }
@@ -70,7 +70,7 @@ fn an_interruption_ends_a_wait_that_has_its_response_but_not_the_areas() {
         });
         while shared.state().next_may_leave() {}
         let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
-        Side(&shared).lose_connection(&error, &mut [Outgoing::default()]);
+        shared.lose_connection(&error, &mut [Outgoing::default()]);
         let seen = waits.join().unwrap();
         assert!(matches!(seen, Err(Error::ConnectionLost { .. })), "{seen:?}");
     });
@@ -82,7 +82,7 @@ fn an_interruption_ends_a_look_at_the_inputs_that_waits_for_the_areas() {
     let shared = Shared::running(None, false);
     deliver(&shared);
     let mut held = shared.lock(Known::default());
-    Side(&shared).hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
+    shared.hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
     std::thread::scope(|scope| {
         let looks = scope.spawn(|| {
             let lease = shared.look(&mut Known::default(), None);
@@ -90,7 +90,7 @@ fn an_interruption_ends_a_look_at_the_inputs_that_waits_for_the_areas() {
         });
         while shared.state().tickets.len() < 2 {}
         let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
-        Side(&shared).lose_connection(&error, &mut [Outgoing::default()]);
+        shared.lose_connection(&error, &mut [Outgoing::default()]);
         let seen = looks.join().unwrap();
         assert!(matches!(seen, Err(Error::ConnectionLost { .. })), "{seen:?}");
     });
@@ -104,7 +104,7 @@ fn a_hook_is_called_from_the_next_response_on_and_not_for_an_old_gap() {
     let shared = Shared::running(None, false);
     deliver(&shared);
     let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
-    Side(&shared).lose_connection(&error, &mut [Outgoing::default()]);
+    shared.lose_connection(&error, &mut [Outgoing::default()]);
     deliver(&shared);
     let (hook, mut known) = shared.replace_hook(true).unwrap();
     let step = shared.state().hook_step(hook, &mut known);
@@ -122,7 +122,7 @@ fn a_transfer_that_gets_no_thread_ends_for_those_that_wait() {
     std::thread::scope(|scope| {
         let waits = scope.spawn(|| shared.wait_cycle(&mut Known::default(), 0, None).map(|_| ()));
         while shared.state().tickets.len() == 0 {}
-        Side(&shared).fail(Error::ProgramPanicked);
+        shared.fail(Error::ProgramPanicked);
         assert_eq!(waits.join().unwrap(), Err(Error::ProgramPanicked));
     });
 }
