@@ -14,8 +14,7 @@ use crate::handler::shared::Shared;
 use crate::handler::state::Controller;
 use crate::handler::sync::{spawn, Mutex};
 use crate::handler::transfer::handshake;
-use crate::handler::transfer::thread::ThreadSlot;
-use crate::handler::transfer::thread::TransferThread;
+use crate::handler::transfer::thread::{ThreadSlot, TransferThread};
 use crate::i2c::I2cClient;
 use crate::notices;
 
@@ -145,11 +144,7 @@ impl TransferAreaComHandler {
             self.area.learn(|known| state.learn_all(known));
             state.transfer.number()
         };
-        let begin = || {
-            self.join_threads(number);
-            self.try_begin(number)
-        };
-        match catch_unwind(AssertUnwindSafe(begin)) {
+        match catch_unwind(AssertUnwindSafe(|| self.try_begin(number))) {
             Ok(result) => result.inspect_err(|error| shared.fail(error.clone())),
             Err(panic) => {
                 // Otherwise the transfer would be beginning forever.
@@ -160,6 +155,7 @@ impl TransferAreaComHandler {
     }
 
     fn try_begin(&self, number: u64) -> Result<(), Error> {
+        self.join_threads(number);
         let shared = self.area.shared();
         // A lost connection is re-established to the same controller, even if there are others by then.
         let settings = self.settings.with_found_host()?;

@@ -94,7 +94,7 @@ impl State {
             area.state.id = id;
         }
         Self {
-            transfer: Transfer::new(),
+            transfer: Transfer::default(),
             camera: CameraWork::default(),
             statistics: Statistics::default(),
             hand_over: HandOver::new(&areas),
