@@ -27,8 +27,8 @@ pub(crate) struct Shared {
     pub(crate) listeners: Mutex<Listeners>,
     /// For all I2C clients, in every transfer.
     pub(crate) i2c: I2cLine,
-    area_count: usize,
-    lock_step: bool,
+    /// Whether time moves only while the program waits.
+    pub(crate) lock_step: bool,
 }
 
 impl Shared {
@@ -41,7 +41,6 @@ impl Shared {
             attended: Condvar::new(),
             listeners: Mutex::default(),
             i2c: I2cLine::default(),
-            area_count: areas,
             lock_step,
         }
     }
@@ -63,15 +62,6 @@ impl Shared {
     /// the time, it does not yield its core immediately.
     pub(crate) fn state_soon(&self) -> MutexGuard<'_, State> {
         lock_soon(&self.state)
-    }
-
-    pub(crate) fn area_count(&self) -> usize {
-        self.area_count
-    }
-
-    /// Whether time moves only while the program waits.
-    pub(crate) fn is_lock_step(&self) -> bool {
-        self.lock_step
     }
 
     /// What the thread with this ticket waits on.

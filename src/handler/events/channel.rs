@@ -105,7 +105,7 @@ impl Events {
     ///
     /// When no event came in time, or the handler was dropped and all events have been received.
     pub fn recv_timeout(&self, limit: Duration) -> Result<TimedEvent, RecvTimeoutError> {
-        if self.shared.is_lock_step() {
+        if self.shared.lock_step {
             return self.recv_in_lock_step(limit);
         }
         self.receiver.recv_timeout(within_clock(limit))
@@ -113,7 +113,7 @@ impl Events {
 
     /// The same in lock-step, where time moves only while a thread waits for a response.
     fn recv_in_lock_step(&self, limit: Duration) -> Result<TimedEvent, RecvTimeoutError> {
-        let (begin, real) = (self.shared.clock().now(), Instant::now());
+        let (begin, real) = (self.shared.state().clock.now(), Instant::now());
         loop {
             // Before the channel is looked into, so that nothing comes unnoticed between both.
             let seen = self.shared.state().known_now();
@@ -129,7 +129,7 @@ impl Events {
                     received => return received,
                 }
             }
-            if self.shared.clock().now() - begin > limit {
+            if self.shared.state().clock.now() - begin > limit {
                 return Err(RecvTimeoutError::Timeout);
             }
         }

@@ -54,7 +54,7 @@ fn lost_at_once(lock_step: bool) {
     deliver(&shared);
     shared.resume(now());
     loop {
-        if shared.is_lock_step() {
+        if shared.lock_step {
             shared.open_window();
         }
         if shared.hold_window(None, WINDOW, areas).is_some() {

@@ -111,7 +111,7 @@ fn what_a_handle_writes_that_does_not_know_of_it_moves_nothing_until_the_watchdo
         let (handler, controller) = handler(|settings| settings.watchdog = Some(LIMIT));
         handler.begin_transfer().unwrap();
         let others = handler.areas().clone();
-        let has_expired = || handler.areas().shared().state().watchdog_has_expired();
+        let has_expired = || handler.areas().shared().state().watchdog.has_expired();
         pass(LIMIT);
         while !has_expired() {
             thread::yield_now();

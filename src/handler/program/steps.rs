@@ -7,7 +7,6 @@ use crate::camera::CameraControl;
 use crate::error::Error;
 use crate::handler::long_guard::name_of;
 use crate::handler::parts::camera_work::CameraCommand;
-use crate::handler::parts::clock::TransferClock;
 use crate::handler::parts::phase::Stop;
 use crate::handler::parts::tickets::{Stage, TicketId};
 use crate::handler::program::known::Known;
@@ -149,11 +148,11 @@ impl Shared {
         known: &mut Known,
         deadline: Option<Instant>,
     ) -> Result<bool, Error> {
-        if self.is_lock_step() {
+        if self.lock_step {
             self.attended.notify_one();
         }
         // In lock-step only responses move the time.
-        let by_clock = deadline.filter(|_| !self.is_lock_step());
+        let by_clock = deadline.filter(|_| !self.lock_step);
         let mut timed_out = false;
         loop {
             match state.tickets.stage(ticket) {
@@ -189,6 +188,11 @@ impl Shared {
     /// The thread does not wait any more, and answers nothing.
     fn leave_line(&self, state: &mut State, ticket: TicketId) {
         state.tickets.remove(ticket);
+        self.make_way(state);
+    }
+
+    /// A thread does not want the areas any more: another one may be first, or the request may leave.
+    fn make_way(&self, state: &State) {
         self.wake_first(state);
         if state.next_may_leave() {
             self.attended.notify_one();
@@ -207,22 +211,6 @@ impl Shared {
         let mut state = self.state();
         state.feed_watchdog();
         state.report(known)
-    }
-
-    /// The clock for time limits, with its current time.
-    pub(crate) fn clock(&self) -> TransferClock {
-        self.state().clock
-    }
-
-    /// Whether a transfer is running.
-    pub(crate) fn is_running(&self, known: &mut Known) -> bool {
-        self.state().check_running(known).is_ok()
-    }
-
-    /// The error that ended the last transfer, until the next begins.
-    pub(crate) fn error(&self, known: &mut Known) -> Option<Error> {
-        let state = self.state();
-        state.check_running(known).err().and_then(|_| state.transfer.error())
     }
 
     /// Asks the current transfer to end; returns its number, or that of the last one.
@@ -247,7 +235,7 @@ impl Shared {
         state.transfer.check_running()?;
         let number = state.transfer.number();
         state.camera.command = Some(command);
-        if self.is_lock_step() {
+        if self.lock_step {
             self.attended.notify_one();
         }
         let goes_on =
@@ -255,13 +243,11 @@ impl Shared {
         while state.camera.command.is_some() && goes_on(&state) {
             self.changed.wait(&mut state);
         }
-        state.transfer.check_running()?;
-        // Another transfer may have begun meanwhile.
         if goes_on(&state) {
-            Ok(())
-        } else {
-            Err(Error::NotStarted)
+            return Ok(());
         }
+        // Another transfer may have begun meanwhile.
+        state.transfer.check_running().and(Err(Error::NotStarted))
     }
 
     /// Makes this stream end with the transfer; immediately if the transfer has already ended.
@@ -296,14 +282,11 @@ impl Shared {
         set
     }
 
-    /// The hook does not want the areas any more, or its thread has ended: others may be first, or the request may leave.
+    /// The hook does not want the areas any more, or its thread has ended: the next hook may begin.
     pub(crate) fn hook_makes_way(&self, state: &State) {
         self.changed.notify_all();
         state.tickets.hook().into_iter().for_each(|next| self.wake(next));
-        self.wake_first(state);
-        if state.next_may_leave() {
-            self.attended.notify_one();
-        }
+        self.make_way(state);
     }
 }
 

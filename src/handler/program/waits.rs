@@ -51,27 +51,28 @@ impl TransferAreas {
         mut condition: impl FnMut(&[FishX1Transfer]) -> bool,
         limit: Duration,
     ) -> Result<TransferAreaGuard<'_>, Error> {
-        let deadline = self.shared().clock().deadline_after(limit);
+        let deadline = self.shared().state().clock.deadline_after(limit);
         let timed_out = || Error::WaitTimedOut { limit };
-        let mut known = self.known();
+        let mut known = self.known.get();
         // Not in a closure, so that a panic names the program's line.
         let look = self.shared().look(&mut known, deadline);
-        self.learn(|learned| *learned = known);
+        self.known.learn(known);
         let mut areas = self.guard(look?.ok_or_else(timed_out)?);
         // In lock-step each wait asks for a response, also one without time.
-        let mut moves_time = self.shared().is_lock_step();
+        let mut moves_time = self.shared().lock_step;
         while !condition(&areas) {
             let checked = areas.response();
             drop(areas);
             // Responses may come in faster than they can be checked.
-            let is_over = deadline.is_some_and(|deadline| deadline <= self.shared().clock().now());
+            let is_over =
+                deadline.is_some_and(|deadline| deadline <= self.shared().state().clock.now());
             if !std::mem::take(&mut moves_time) && is_over {
                 return Err(timed_out());
             }
             let wait = |known: &mut Known| self.shared().wait_cycle(known, checked, deadline);
             areas = self.guard(self.learn(wait)?.ok_or_else(timed_out)?);
         }
-        self.note_returned(areas.response());
+        self.known.learn(Known { returned: areas.response(), ..Known::default() });
         Ok(areas)
     }
 
@@ -146,7 +147,7 @@ impl TransferAreas {
 
     /// Returns an error unless there is an area with this index.
     pub(crate) fn check_area(&self, area: usize) -> Result<(), Error> {
-        let most = self.shared().area_count() as i64 - 1;
+        let most = self.shared().state().outgoing().len() as i64 - 1;
         Error::check_range("area's index", area, 0..=most)
     }
 

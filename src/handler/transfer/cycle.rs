@@ -3,13 +3,9 @@
 use std::time::Duration;
 
 use crate::client::Endpoint;
-#[cfg(not(all(test, shuttle)))]
-use crate::client::TxtClient;
 use crate::error::Error;
 use crate::events::Comparison;
 use crate::exchange::{Inputs, Outgoing, SentConfigs};
-#[cfg(all(test, shuttle))]
-use crate::handler::model::TxtClient;
 use crate::handler::parts::camera_work::CameraCommand;
 use crate::handler::parts::phase::Stop;
 use crate::handler::shared::Shared;
@@ -17,6 +13,7 @@ use crate::handler::state::{Delivered, State};
 use crate::handler::sync::{now, MutexGuard};
 use crate::handler::transfer::handshake::Link;
 use crate::handler::transfer::side::Delivery;
+use crate::handler::transfer::TxtClient;
 use crate::notices::notice;
 use crate::wire::StartCameraOnline;
 
@@ -49,7 +46,7 @@ fn is_camera_off(client: &mut TxtClient, shared: &Shared) -> Result<bool, Error>
         client.stop_camera_online()?;
     }
     let pause = client.camera_pause().unwrap_or_default();
-    if shared.is_lock_step() {
+    if shared.lock_step {
         shared.wait_for_stop(now() + pause);
         return Ok(shared.stop().is_none());
     }
@@ -79,7 +76,7 @@ impl<'a> Cycle<'a> {
 
     /// One cycle. Returns a stop if the transfer is to stop.
     pub(crate) fn run(&mut self) -> Result<Option<Stop>, Error> {
-        if self.shared.is_lock_step() {
+        if self.shared.lock_step {
             // Before the first request, too.
             let stop = loop {
                 match self.shared.wait_for_step(&mut self.areas) {
@@ -106,7 +103,7 @@ impl<'a> Cycle<'a> {
         locked: Option<MutexGuard<'_, State>>,
     ) -> Option<Stop> {
         self.announce(delivery);
-        if self.shared.is_lock_step() {
+        if self.shared.lock_step {
             return None;
         }
         self.shared.hold_window(locked, self.window, &mut self.areas)
@@ -133,7 +130,7 @@ impl<'a> Cycle<'a> {
     /// events are there when their wait ends.
     fn announce(&self, delivery: &Delivery) {
         self.send_events(delivery);
-        if self.shared.opens_later(delivery) {
+        if delivery.opens_later {
             self.shared.open_window();
         }
     }
@@ -186,7 +183,7 @@ impl<'a> Cycle<'a> {
         if let Some(server) = self.shared.prepare_camera(server) {
             self.link.client.start_camera_online(start)?;
             self.shared.resume_camera(server);
-        } else if self.shared.is_lock_step() {
+        } else if self.shared.lock_step {
             // The stream needs real time, and in lock-step exchanges take none.
             self.shared.wait_for_stop(now() + LOOK);
         }

@@ -2,18 +2,15 @@
 
 use std::time::Duration;
 
-#[cfg(not(all(test, shuttle)))]
-use crate::client::TxtClient;
 use crate::client::{I2cAccess, TimeLimits};
 use crate::error::Error;
 use crate::exchange::Exchange;
 use crate::firmware::FirmwareVersion;
-#[cfg(all(test, shuttle))]
-use crate::handler::model::TxtClient;
 use crate::handler::settings::Settings;
 use crate::handler::shared::Shared;
 use crate::handler::state::Controller;
 use crate::handler::sync::now;
+use crate::handler::transfer::TxtClient;
 use crate::notices::notice;
 
 /// A connection in online mode, and the exchange on it.

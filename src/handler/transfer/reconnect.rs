@@ -51,7 +51,7 @@ impl TransferThread<'_> {
     fn attempt(&mut self, rest: Duration) -> Result<Option<Delivery>, Error> {
         let limit = self.settings.limits.connect.min(rest);
         let (mut link, config_updates) = handshake::connect(&self.settings, limit, self.shared)?;
-        if self.shared.is_lock_step() {
+        if self.shared.lock_step {
             // A command is sent after the first exchange.
             self.shared.wait_for_step(self.cycle.areas_mut());
         }

@@ -23,6 +23,8 @@ pub(crate) struct Delivery {
     pub(crate) listened: KindSet,
     /// Whether there are logs of all cycles.
     pub(crate) logged: bool,
+    /// Whether the window is still closed: in lock-step the events and logs come first.
+    pub(crate) opens_later: bool,
 }
 
 impl Shared {
@@ -99,17 +101,13 @@ impl Shared {
         if !listened.is_empty() {
             now.clone_from(state.incoming());
         }
-        let delivery = Delivery { response, listened, logged };
-        if !self.opens_later(&delivery) {
+        let has_audience = logged || !listened.is_empty();
+        let opens_later = has_audience && self.lock_step;
+        if !opens_later {
             state.open_window(|ticket| self.wake(ticket));
         }
-        let locked = Some(state).filter(|_| !delivery.has_audience());
-        (delivery, locked)
-    }
-
-    /// Whether the window is still closed: in lock-step the events come first.
-    pub(crate) fn opens_later(&self, delivery: &Delivery) -> bool {
-        self.is_lock_step() && delivery.has_audience()
+        let locked = Some(state).filter(|_| !has_audience);
+        (Delivery { response, listened, logged, opens_later }, locked)
     }
 
     /// Opens the window for reactions to the last response.
@@ -243,7 +241,8 @@ impl Shared {
     /// The connection that was lost at this time is re-established, and its first response has come in.
     pub(crate) fn resume(&self, lost_at: Instant) {
         let mut state = self.state();
-        state.feed_after_gap();
+        // In the gap the program could not show that it is alive.
+        state.watchdog.feed(now());
         let after = state.clock.now() - lost_at;
         let event = state.happens_now(Event::ConnectionRestored { after });
         drop(state);
@@ -284,12 +283,6 @@ impl Shared {
         drop(listeners);
         // Again, for a stream that was started at the last moment.
         self.stop_camera();
-    }
-}
-
-impl Delivery {
-    fn has_audience(&self) -> bool {
-        self.logged || !self.listened.is_empty()
     }
 }
 

@@ -39,23 +39,21 @@ fn a_thread_that_waits_while_another_has_the_areas_is_no_sign_of_life() {
 
 #[test]
 fn the_hook_is_not_called_for_a_response_before_a_gap_or_the_end() {
-    use crate::handler::state::HookStep;
-
     let shared = Shared::running(None, false);
     let hook = shared.state().tickets.set_hook();
     let known = &mut Known::default();
     deliver(&shared);
     let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
     shared.lose_connection(&error, &mut [Outgoing::default()]);
-    let step = shared.state().hook_step(hook, known);
-    assert!(matches!(step, HookStep::Call(Err(Error::ConnectionLost { .. }), _)), "{step:?}");
-    let step = shared.state().hook_step(hook, known);
-    assert!(matches!(step, HookStep::Wait), "a call after the gap: {step:?}");
+    let call = shared.state().hook_call(hook, known);
+    assert!(matches!(call, Some(Err(Error::ConnectionLost { .. }))), "{call:?}");
+    let call = shared.state().hook_call(hook, known);
+    assert!(call.is_none(), "a call after the gap: {call:?}");
     deliver(&shared);
     shared.ask_to_stop(Stop::Asked);
     shared.finish(None);
-    let step = shared.state().hook_step(hook, known);
-    assert!(matches!(step, HookStep::Wait), "a call after the end: {step:?}");
+    let call = shared.state().hook_call(hook, known);
+    assert!(call.is_none(), "a call after the end: {call:?}");
 }
 
 #[test]
@@ -88,7 +86,7 @@ fn an_interruption_ends_a_look_at_the_inputs_that_waits_for_the_areas() {
             let lease = shared.look(&mut Known::default(), None);
             lease.map(|lease| lease.is_some())
         });
-        while shared.state().tickets.len() < 2 {}
+        while shared.state().tickets.newest() < 2 {}
         let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
         shared.lose_connection(&error, &mut [Outgoing::default()]);
         let seen = looks.join().unwrap();
@@ -99,19 +97,17 @@ fn an_interruption_ends_a_look_at_the_inputs_that_waits_for_the_areas() {
 
 #[test]
 fn a_hook_is_called_from_the_next_response_on_and_not_for_an_old_gap() {
-    use crate::handler::state::HookStep;
-
     let shared = Shared::running(None, false);
     deliver(&shared);
     let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
     shared.lose_connection(&error, &mut [Outgoing::default()]);
     deliver(&shared);
     let (hook, mut known) = shared.replace_hook(true).unwrap();
-    let step = shared.state().hook_step(hook, &mut known);
-    assert!(matches!(step, HookStep::Wait), "{step:?}");
+    let call = shared.state().hook_call(hook, &mut known);
+    assert!(call.is_none(), "{call:?}");
     deliver(&shared);
-    let step = shared.state().hook_step(hook, &mut known);
-    let HookStep::Call(Ok(mut lease), _) = step else { panic!("{step:?}") };
+    let call = shared.state().hook_call(hook, &mut known);
+    let Some(Ok(mut lease)) = call else { panic!("{call:?}") };
     assert_eq!(lease.response, 3);
     shared.release(&mut lease, false);
 }
@@ -121,7 +117,7 @@ fn a_transfer_that_gets_no_thread_ends_for_those_that_wait() {
     let shared = Shared::running(None, false);
     std::thread::scope(|scope| {
         let waits = scope.spawn(|| shared.wait_cycle(&mut Known::default(), 0, None).map(|_| ()));
-        while shared.state().tickets.len() == 0 {}
+        while shared.state().tickets.newest() == 0 {}
         shared.fail(Error::ProgramPanicked);
         assert_eq!(waits.join().unwrap(), Err(Error::ProgramPanicked));
     });
