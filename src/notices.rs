@@ -105,7 +105,7 @@ fn write_warning(out: &mut impl Write, text: &str) -> io::Result<()> {
 }
 
 fn write(line: &Line) {
-    // A logger that panics has told so, and the next lines may be written.
+    // The panic of a logger has its own message, and the next lines may be written.
     let _ = catch_unwind(AssertUnwindSafe(|| {
         if line.to_logger {
             let mut record = Record::builder();

@@ -23,7 +23,7 @@ fn interruptions(area: &TransferAreas) -> u64 {
     known.interruptions
 }
 
-/// Asks until nothing is left to be reported; returns how often the watchdog was.
+/// Asks until there is no error any more; returns how many were the watchdog's.
 fn count_reports(area: &TransferAreas) -> usize {
     let mut count = 0;
     loop {
@@ -74,7 +74,7 @@ fn each_handle_is_told_each_time_once_and_only_then_its_outputs_count() {
         handler.begin_transfer().unwrap();
         let over = Arc::new(AtomicBool::new(false));
         let is_over = Arc::clone(&over);
-        // It works, and acknowledges what it is reported.
+        // It works, and goes on after each error.
         let works = program(&handler, move |area| {
             let mut count = 0;
             while !is_over.load(Ordering::SeqCst) {
