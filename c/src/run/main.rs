@@ -19,6 +19,7 @@ mod headers;
 mod inputs;
 mod key;
 mod kind;
+mod language;
 mod link;
 mod online;
 mod options;
