@@ -21,6 +21,7 @@ mod key;
 mod kind;
 mod language;
 mod link;
+mod missing;
 mod online;
 mod options;
 mod packages;

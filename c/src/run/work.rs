@@ -156,10 +156,9 @@ impl Unit<'_> {
         }
         let said = String::from_utf8_lossy(&output.stderr);
         let is_for_txt = self.plan.kind.is_some_and(Kind::is_for_txt);
-        let advice = match packages::advice_for_header(&said) {
-            none if none.is_empty() => language::advice(self.source, is_for_txt).into(),
-            advice => advice,
-        };
+        // A header that is missing is missing in each language.
+        let advice = packages::advice_for_header(&said, self.path())
+            .unwrap_or_else(|| language::advice(self.source, is_for_txt).into());
         Err(format!("{} does not compile{advice}", self.path().display()).into())
     }
 

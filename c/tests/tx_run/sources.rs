@@ -138,6 +138,9 @@ fn a_file_named_c_is_in_the_language_that_its_program_shows() {
     // Beside C++, files named .c are C, unless they include what is C++.
     let linked = "#include <KeLibTxtDl.h>\nextern \"C\" int other(void);\n";
     run(&[("a.cpp", main), ("b.c", c), ("own.h", linked)], &["a.cpp", "b.c"]).well();
+    run(&[("a.cpp", main), ("b.c", c), ("own.h", txt)], &["a.cpp", "b.c"]).badly(
+        "b.c has other: but not as it is called: with other arguments, or in the other language",
+    );
     // The compiler that is named is one for C.
     let folder = tempfile::tempdir().unwrap();
     files(cpp).iter().for_each(|(name, text)| write(folder.path(), name, text));
