@@ -26,3 +26,4 @@ mod process;
 mod report;
 mod results;
 mod session;
+mod supply;

@@ -226,6 +226,15 @@ impl State {
         Known { returned: newest, shown: newest, interruptions }
     }
 
+    /// What a hook knows that is set now. It is called with the error of an expired watchdog that no handle has got: until
+    /// one has, the outputs stay off and no watchdog runs.
+    pub(crate) fn known_to_new_hook(&self) -> Known {
+        let now = self.known_now();
+        let interruptions =
+            self.watchdog.expired().map_or(now.interruptions, |expired| expired - 1);
+        Known { interruptions, ..now }
+    }
+
     /// The program is alive.
     pub(crate) fn feed_watchdog(&mut self) {
         if self.watchdog.is_on() {

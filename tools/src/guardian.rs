@@ -5,13 +5,15 @@ use std::io::{self, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
 
 use crate::program;
 
-/// The pause before a guardian is replaced that has ended soon.
+/// A pause follows so many guardians, one after another, that have ended within such a time: they can't run.
+const MANY: u32 = 5;
+const SOON: Duration = Duration::from_secs(1);
 const PAUSE: Duration = Duration::from_secs(1);
 
 /// Waits until this program is gone. If it ends before, another one takes its place.
@@ -61,8 +63,14 @@ fn spawn(hosts: &[String]) -> io::Result<(Child, ChildStdin)> {
 
 /// Starts another guardian whenever one ends that is still wanted, as when somebody has killed it.
 fn replace(mut child: Child, hosts: &[String], input: &Input) {
+    let mut short = 0;
     loop {
+        let begun = Instant::now();
         let ended = child.wait();
+        short = if begun.elapsed() < SOON { short + 1 } else { 0 };
+        if short >= MANY {
+            thread::sleep(PAUSE);
+        }
         let mut place = lock(input);
         if place.is_none() {
             return;
@@ -81,7 +89,6 @@ fn replace(mut child: Child, hosts: &[String], input: &Input) {
             }
         }
         log::warn!("the process that stops the motors when this one is killed has ended ({ended}); another one takes its place");
-        thread::sleep(PAUSE);
     }
 }
 

@@ -60,6 +60,8 @@ pub(crate) enum Gone {
     Silent,
     /// The controller has ended the connection, and no program has come back.
     Lost,
+    /// The controller has not answered the program's StopOnline, and no program has come back.
+    Unanswered,
     /// `txt watch` itself ends.
     Watch,
 }
@@ -72,6 +74,7 @@ impl Gone {
             Self::Reset => "reset",
             Self::Silent => "silent",
             Self::Lost => "lost",
+            Self::Unanswered => "unanswered",
             Self::Watch => "watch_ends",
         }
     }
@@ -89,6 +92,9 @@ impl fmt::Display for Gone {
             }
             Self::Lost => f.write_str(
                 "the controller has ended the connection of a program that was online, and none has come back",
+            ),
+            Self::Unanswered => f.write_str(
+                "the controller has not answered the program's StopOnline, and no program has come back",
             ),
             Self::Watch => f.write_str("txt watch ends while a program is online"),
         }
@@ -127,10 +133,8 @@ pub(crate) enum Happened {
         gone: Gone,
         error: Option<io::Error>,
     },
-    /// Online mode has ended, by the program or without it.
-    Offline {
-        by_program: bool,
-    },
+    /// Online mode has ended.
+    Offline(Farewell),
     Cycle(Box<Cycle>),
     Picture(CameraFrame),
     I2c(I2cExchange),
@@ -142,6 +146,8 @@ pub(crate) enum Happened {
         /// When it was sent.
         since: Instant,
     },
+    /// Exchanges of the program have no answer, so that nobody knows which outputs the controller has.
+    Unanswered(Box<UnansweredExchanges>),
     /// What this side has sent can't be understood. It was passed on.
     NotUnderstood {
         side: Side,
@@ -150,6 +156,33 @@ pub(crate) enum Happened {
     /// This computer was too busy to look at all that has passed on this connection.
     Missed,
 }
+
+/// How a program has ended online mode.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Farewell {
+    /// The controller has answered StopOnline.
+    Answered,
+    /// StopOnline was sent. Whether the controller has received it, and what came before it, nobody knows.
+    Unanswered,
+    /// StopOnline was not sent.
+    #[default]
+    Missing,
+}
+
+impl Farewell {
+    /// For programs.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Answered => "answered",
+            Self::Unanswered => "unanswered",
+            Self::Missing => "missing",
+        }
+    }
+}
+
+/// [`Farewell::Unanswered`] as a sentence for people.
+pub(crate) const FAREWELL_UNANSWERED: &str =
+    "the controller has not answered StopOnline, so nobody knows whether it has received it: motors may go on";
 
 /// Bytes that are no packet of the kit, as far as they came at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,6 +201,27 @@ impl fmt::Display for Unknown {
             Side::Controller => write!(f, "unknown response {id:#010x}, {bytes} bytes"),
         }
     }
+}
+
+/// What the program has sent beyond the last answer.
+#[derive(Debug)]
+pub(crate) struct UnansweredExchanges {
+    /// How many there are now.
+    pub(crate) exchanges: u64,
+    /// How many since online mode began are not shown one by one, because too many had no answer.
+    pub(crate) forgotten: u64,
+    /// The outputs that were sent last, and the inputs that were received last.
+    pub(crate) areas: Vec<FishX1Transfer>,
+}
+
+/// Exchanges without an answer as a sentence for people.
+pub(crate) fn unanswered(exchanges: u64) -> String {
+    format!("{exchanges} exchanges have no answer: the outputs shown are those that were sent last")
+}
+
+/// Exchanges that are not shown as a sentence for people.
+pub(crate) fn forgotten(count: u64) -> String {
+    format!("more than 64 commands had no answer at once, so {count} exchanges are left out")
 }
 
 /// A response that comes after this time comes no more. StopOnline takes a second.

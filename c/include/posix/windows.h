@@ -34,6 +34,7 @@ typedef char TCHAR;
 #endif
 typedef TCHAR *LPTSTR;
 typedef const TCHAR *LPCTSTR;
+typedef unsigned char boolean;
 
 #ifndef __int64
 #define __int64 long long

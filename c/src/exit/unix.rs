@@ -234,6 +234,7 @@ extern "C" fn on_suspend(signal: c_int) {
 extern "C" fn on_crash(signal: c_int) {
     if process::id() == WATCHED_BY.load(Ordering::Acquire) {
         CRASHED.store(true, Ordering::Release);
+        hold_signals_back();
         let look = libc::timespec { tv_sec: 0, tv_nsec: LOOK.subsec_nanos() as _ };
         // The thread that ends them may be the one that has crashed.
         let most = 2 * END_LIMIT.as_millis() / LOOK.as_millis();
@@ -246,6 +247,17 @@ extern "C" fn on_crash(signal: c_int) {
         }
     }
     end_by(signal);
+}
+
+/// In this thread: each signal of a timer would end a sleep early. Async-signal-safe.
+fn hold_signals_back() {
+    // SAFETY: a set, for which all bits 0 are valid.
+    let mut all: libc::sigset_t = unsafe { zeroed() };
+    // SAFETY: the set is this function's.
+    unsafe {
+        libc::sigfillset(&raw mut all);
+        libc::pthread_sigmask(libc::SIG_BLOCK, &raw const all, ptr::null_mut());
+    }
 }
 
 /// Suspends the program, with its transfers ended. When it goes on it may begin them again.

@@ -3,7 +3,7 @@ use super::*;
 #[test]
 fn a_command_is_done_when_its_id_comes_back_and_no_newer_one_was_given() {
     let mut command = ContinuedId::default();
-    command.begin(7); // What the controller remembers of the program before.
+    command.begin(7, 7); // What the controller remembers of the program before.
     assert_eq!(command.send(0), None);
     assert_eq!(command.send(1), Some(8));
     assert_eq!(command.receive(7, 1), (0, false));
@@ -13,6 +13,72 @@ fn a_command_is_done_when_its_id_comes_back_and_no_newer_one_was_given() {
     assert_eq!(command.receive(9, 3), (2, false), "the program waits for 3");
     assert_eq!(command.send(3), Some(10));
     assert_eq!(command.receive(10, 3), (3, true));
+}
+
+#[test]
+fn the_first_command_is_new_for_a_controller_that_has_not_done_the_last_one() {
+    for (given, echo) in [(8, 7), (7, 8), (0, 7)] {
+        let mut command = ContinuedId::default();
+        command.begin(given, echo);
+        assert_eq!(command.receive(echo, 0), (0, false));
+        let sent = command.send(1).unwrap();
+        assert!(sent != given && sent != echo, "{sent}");
+        assert_eq!(command.receive(echo, 1), (0, false));
+        assert_eq!(command.receive(sent, 1), (1, true));
+    }
+}
+
+/// A motor whose command was cut off, sent as `stop - 1` unless the pause came before.
+fn cut_off(distance: u16, stop: u16, echo: u16, counter: i16) -> MotorCommand {
+    let mut motor = MotorCommand::default();
+    motor.begin(0, 0);
+    assert_eq!(motor.send(1, 0, distance), (Some(1), distance));
+    motor.go_on(stop, echo, counter);
+    motor
+}
+
+#[test]
+fn what_is_left_of_a_distance_is_a_new_command_after_a_pause() {
+    let mut motor = cut_off(100, 2, 0, 30);
+    assert_eq!(motor.send(1, 0, 100), (Some(3), 70));
+    assert_eq!(motor.id.receive(0, 1), (0, false));
+    assert_eq!(motor.id.receive(2, 1), (0, false), "the controller has done the stop");
+    motor.go_on(4, 2, 20);
+    assert_eq!(motor.send(1, 0, 100), (Some(5), 50));
+    assert_eq!(motor.id.receive(5, 1), (1, true));
+    assert_eq!(motor.send(2, 0, 100), (Some(6), 100));
+    // It was not reported in time.
+    assert_eq!(cut_off(100, 2, 0, 101).send(1, 0, 100), (Some(3), 1));
+}
+
+#[test]
+fn a_command_that_was_not_sent_before_a_pause_is_sent_whole() {
+    assert_eq!(cut_off(100, 1, 0, 30).send(1, 0, 100), (Some(2), 100));
+}
+
+#[test]
+fn a_motor_that_has_done_its_distance_stands_still_after_a_pause() {
+    for echo in [1, 2] {
+        let mut motor = cut_off(100, 2, echo, 100);
+        assert!(motor.is_still());
+        assert_eq!(motor.id.receive(echo, 1), (1, true));
+        assert_eq!(motor.id.receive(2, 1), (1, false));
+        let mut again = motor;
+        again.begin(2, 2);
+        assert!(!again.is_still(), "in the next transfer");
+        motor.send(2, 0, 50);
+        assert!(!motor.is_still());
+    }
+}
+
+#[test]
+fn an_endless_command_is_sent_again_and_an_error_is_not_injected_again() {
+    assert_eq!(cut_off(0, 2, 0, 30).send(1, 0, 0), (Some(3), 0));
+    let mut motor = MotorCommand::default();
+    motor.begin(0, 0);
+    motor.send(1, 5, 7);
+    motor.go_on(2, 0, 30);
+    assert_eq!(motor.send(1, 5, 7), (Some(3), 0));
 }
 
 fn outputs_go_out_and_inputs_come_in<A: Area>() {

@@ -73,6 +73,7 @@ fn a_program_without_memory_stops_its_motors() {
 fn a_crash_stops_the_motors_first() {
     for (how, signals) in [
         ("pointer", &[libc::SIGSEGV][..]),
+        ("timer", &[libc::SIGSEGV]),
         ("abort", &[libc::SIGABRT]),
         ("stack", &[libc::SIGSEGV, libc::SIGBUS]),
         ("heap", &[libc::SIGABRT, libc::SIGSEGV]),

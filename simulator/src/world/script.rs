@@ -71,7 +71,7 @@ impl Script {
 #[non_exhaustive]
 pub struct ScriptEvent {
     /// The machine time in seconds since the start, or since the script began again; at least 0, and
-    /// less than the period. It is rounded to milliseconds.
+    /// 0.001 less than the period. It is rounded to milliseconds.
     pub at: f64,
     /// What happens.
     pub action: ScriptAction,
@@ -186,8 +186,11 @@ impl ScriptEvent {
     fn check(&self, world: &World, set: &SetInputs) -> Checked {
         let time = self.at;
         not_negative("at", time)?;
-        let most = world.script.period.unwrap_or(f64::INFINITY);
-        at("at", expect(time < most, || format!("expected less than the period, {most}")))?;
+        if let Some(period) = world.script.period {
+            // Rounded to the period, it would never happen.
+            let reason = || format!("expected at least 0.001 less than the period, {period}");
+            at("at", expect(ticks(time) < ticks(period), reason))?;
+        }
         match &self.action {
             ScriptAction::Press { controller, input, .. } => {
                 check_press(world, *controller, *input)?;
@@ -214,6 +217,11 @@ impl ScriptEvent {
     }
 }
 
+/// A time in ticks. One out of range is never due.
+fn ticks(seconds: f64) -> u64 {
+    (seconds * 1e6 / TICK_MICROS as f64).round() as u64
+}
+
 /// A script in ticks.
 #[derive(Clone, Debug)]
 pub(super) struct ScriptState {
@@ -224,8 +232,6 @@ pub(super) struct ScriptState {
 
 impl ScriptState {
     pub(super) fn new(script: &Script) -> Self {
-        // A time out of range is never due.
-        let ticks = |seconds: f64| (seconds * 1e6 / TICK_MICROS as f64).round() as u64;
         let events = script.events.iter();
         let mut events: Vec<_> =
             events.map(|event| (ticks(event.at), event.action.clone())).collect();

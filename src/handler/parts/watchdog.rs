@@ -53,6 +53,11 @@ impl Watchdog {
         self.limit.unwrap_or(HOOK_LIMIT)
     }
 
+    /// The number of the interruption when it has expired, until the program knows of it.
+    pub(crate) fn expired(&self) -> Option<u64> {
+        self.expired
+    }
+
     /// Whether the outputs are stopped until the program knows of it.
     pub(crate) fn has_expired(&self) -> bool {
         self.expired.is_some()

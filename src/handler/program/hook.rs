@@ -27,7 +27,8 @@ impl TransferAreaComHandler {
     ///   window](crate::TransferAreaComHandlerBuilder::reaction_window). A function that takes longer is called again
     ///   with the next response; [`cycle`](TransferAreaGuard::cycle) shows how many it has missed.
     /// - once for each time that the outputs were stopped,
-    ///   [`Error::ConnectionLost`] or [`Error::WatchdogExpired`]. What it writes counts again afterwards.
+    ///   [`Error::ConnectionLost`] or [`Error::WatchdogExpired`]. What it writes counts again afterwards. A watchdog
+    ///   that expired before this call counts, too, if no call has returned its error yet.
     ///
     /// If it returns [`ControlFlow::Break`], it stops the machine, as `false` does on the controller: the
     /// transfer ends without an error, with all motors stopped. If it panics, the transfer ends with all

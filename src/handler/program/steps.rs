@@ -268,7 +268,7 @@ impl Shared {
         if let Some(before) = state.tickets.clear_hook() {
             self.wake(before);
         }
-        let set = set.then(|| (state.tickets.set_hook(), state.known_now()));
+        let set = set.then(|| (state.tickets.set_hook(), state.known_to_new_hook()));
         // It has a limit from now on.
         self.attended.notify_one();
         let newest = state.tickets.newest();

@@ -126,3 +126,19 @@ fn a_transfer_that_gets_no_thread_ends_for_those_that_wait() {
         assert_eq!(waits.join().unwrap(), Err(Error::ProgramPanicked));
     });
 }
+
+#[test]
+fn a_hook_is_called_first_with_an_expired_watchdog_that_nobody_knows_of() {
+    use crate::handler::state::HookStep;
+
+    let limit = Duration::from_millis(20);
+    let shared = Shared::running(Some(limit), false);
+    std::thread::sleep(limit);
+    deliver(&shared);
+    Side(&shared).hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
+    assert_eq!(shared.state().next_deadline(None), None, "it has not expired");
+    let (hook, mut known) = shared.replace_hook(true).unwrap();
+    let step = shared.state().hook_step(hook, &mut known);
+    assert!(matches!(step, HookStep::Call(Err(Error::WatchdogExpired { .. }), _)), "{step:?}");
+    assert!(shared.state().next_deadline(None).is_some(), "no watchdog runs");
+}

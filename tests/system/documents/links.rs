@@ -8,7 +8,7 @@ use std::{env, fs};
 
 use pulldown_cmark::{Event, LinkType, Options, Parser, Tag, TagEnd};
 
-fn root() -> PathBuf {
+pub(super) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
 }
 
@@ -31,7 +31,7 @@ fn files_of(package: &str, folder: &str) -> BTreeSet<PathBuf> {
     files.lines().map(|file| Path::new(folder).join(file)).collect()
 }
 
-fn parse(text: &str) -> Parser<'_> {
+pub(super) fn parse(text: &str) -> Parser<'_> {
     Parser::new_ext(text, Options::ENABLE_TABLES)
 }
 

@@ -4,6 +4,7 @@
 //!
 //! `UPDATE_DOCUMENTS=1 cargo test --workspace --test system documents` writes them into the documents again.
 
+mod architecture;
 mod camera;
 mod links;
 mod troubleshooting;

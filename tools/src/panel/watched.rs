@@ -16,7 +16,8 @@ use super::state::{
 };
 use crate::commands::stop_all;
 use crate::seen::{
-    halted, missed, no_answer, not_understood, Cycle, Happened, I2cExchange, Line, Seen,
+    forgotten, halted, missed, no_answer, not_understood, unanswered, Cycle, Farewell, Happened,
+    I2cExchange, Line, Seen, FAREWELL_UNANSWERED,
 };
 
 /// Of how many answers the median is shown.
@@ -45,6 +46,8 @@ pub(crate) struct Watched {
     cycles: u64,
     late: u64,
     gaps: u64,
+    /// How many exchanges were left out.
+    forgotten: u64,
     histogram: Histogram,
     answers: Answers,
     commands: u64,
@@ -74,6 +77,7 @@ impl Watched {
             cycles: 0,
             late: 0,
             gaps: 0,
+            forgotten: 0,
             histogram: Histogram::default(),
             answers: Answers::default(),
             commands: 0,
@@ -97,7 +101,10 @@ impl Watched {
         }
         let is_other =
             seen.line == Line::Main && self.drives.is_some_and(|number| number != seen.connection);
-        if let Some(error) = problem(seen).filter(|_| !is_other) {
+        // Nothing that others say hides that motors may go on.
+        let warns = self.error.as_ref().is_some_and(|error| MOTORS_MAY_GO_ON.contains(&error.code));
+        let is_hidden = is_other || (warns && !matches!(seen.what, Happened::Halted { .. }));
+        if let Some(error) = problem(seen).filter(|_| !is_hidden) {
             self.error = Some(error);
         }
     }
@@ -120,17 +127,21 @@ impl Watched {
                 self.drives = Some(seen.connection);
                 (self.error, self.is_unclear) = (None, false);
                 (self.histogram, self.answers) = Default::default();
-                (self.cycles, self.late) = (0, 0);
+                (self.cycles, self.late, self.forgotten) = (0, 0, 0);
             }
             // What follows is only about the connection that drives.
             _ if !is_shown => {}
             Happened::Command(_) => self.commands += 1,
-            Happened::Offline { by_program } => {
+            Happened::Offline(farewell) => {
                 self.drives = None;
-                self.gaps += u64::from(!by_program);
+                self.gaps += u64::from(*farewell != Farewell::Answered);
                 self.histogram.interrupt();
             }
             Happened::Cycle(cycle) => self.cycle(seen.at, cycle),
+            Happened::Unanswered(them) => {
+                self.areas.clone_from(&them.areas);
+                self.forgotten = them.forgotten;
+            }
             Happened::NotUnderstood { .. } | Happened::Missed => self.is_unclear = true,
             // Perhaps by a connection of its own, whose exchange is not shown.
             Happened::Halted { error: None, .. } => stop_all(&mut self.areas),
@@ -156,7 +167,9 @@ impl Watched {
 
     fn cycle(&mut self, at: Instant, cycle: &Cycle) {
         // It goes on.
-        self.error.take_if(|error| error.code == NO_ANSWER);
+        if self.error.take_if(|error| [NO_ANSWER, UNANSWERED].contains(&error.code)).is_some() {
+            self.error = left_out(self.forgotten);
+        }
         self.areas.clone_from(&cycle.areas);
         self.cycles = cycle.number;
         self.histogram.count(cycle.number, at);
@@ -221,8 +234,17 @@ impl Watched {
     }
 }
 
+/// The codes of what stays until a program goes online, or the controller is stopped.
+const MOTORS_MAY_GO_ON: [&str; 2] = ["halt_failed", "stop_online_unanswered"];
 /// The code of a missing response.
 const NO_ANSWER: &str = "no_answer";
+/// The code of exchanges without an answer.
+const UNANSWERED: &str = "unanswered";
+
+/// That exchanges were left out, if some were.
+fn left_out(count: u64) -> Option<Problem> {
+    (count > 0).then(|| Problem::new("forgotten", forgotten(count)))
+}
 
 /// What is wrong, if this says that something is.
 fn problem(seen: &Seen) -> Option<Problem> {
@@ -234,9 +256,18 @@ fn problem(seen: &Seen) -> Option<Problem> {
             let code = if error.is_none() { "halted" } else { "halt_failed" };
             (code, halted(*gone, error.as_ref()))
         }
+        Happened::Offline(Farewell::Unanswered) => {
+            ("stop_online_unanswered", FAREWELL_UNANSWERED.to_owned())
+        }
         Happened::Unknown(unknown) => ("unknown", format!("{unknown}; it is passed on")),
         Happened::NoAnswer { command, since } => {
             (NO_ANSWER, no_answer(*command, seen.at.saturating_duration_since(*since)))
+        }
+        Happened::Unanswered(them) if them.exchanges == 0 => return left_out(them.forgotten),
+        Happened::Unanswered(them) => {
+            let left_out = left_out(them.forgotten).map(|left_out| left_out.text);
+            let texts = std::iter::once(unanswered(them.exchanges)).chain(left_out);
+            (UNANSWERED, texts.collect::<Vec<_>>().join("; "))
         }
         Happened::NotUnderstood { side, why } => {
             ("not_understood", not_understood(seen.line, *side, why))
@@ -247,7 +278,7 @@ fn problem(seen: &Seen) -> Option<Problem> {
         | Happened::Controller { .. }
         | Happened::Command(_)
         | Happened::Online
-        | Happened::Offline { .. }
+        | Happened::Offline(Farewell::Answered | Farewell::Missing)
         | Happened::Cycle(_)
         | Happened::Picture(_)
         | Happened::I2c(_) => return None,

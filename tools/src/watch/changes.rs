@@ -17,7 +17,7 @@ use serde_json::{json, Map, Value};
 use crate::commands::Pair;
 use crate::print;
 use crate::queue::{queue, Put, Take};
-use crate::seen::{Cycle, Happened, Seen, Unknown, MISSED};
+use crate::seen::{Farewell, Happened, Seen, UnansweredExchanges, Unknown, MISSED};
 use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
 /// How many bytes of lines may wait for their reader. A line may have hundreds of thousands.
@@ -88,7 +88,14 @@ impl Changes {
     pub(super) fn take(&mut self, seen: &Seen) {
         let line = seen.line.name();
         let value = match &seen.what {
-            Happened::Cycle(cycle) => return self.cycle(seen, cycle),
+            Happened::Cycle(cycle) => return self.areas(seen, &cycle.areas, Some(cycle.number)),
+            Happened::Unanswered(them) => {
+                let UnansweredExchanges { exchanges, forgotten, areas } = &**them;
+                let counts =
+                    json!({"what": "unanswered", "exchanges": exchanges, "forgotten": forgotten});
+                self.put(seen, counts);
+                return self.areas(seen, areas, None);
+            }
             Happened::Connected(from) => {
                 json!({"what": "connected", "connection": line, "from": from.to_string()})
             }
@@ -110,8 +117,9 @@ impl Changes {
             Happened::Halted { gone, error } => {
                 json!({"what": "outputs_off", "because": gone.name(), "done": error.is_none(), "why": error.as_ref().map(ToString::to_string)})
             }
-            Happened::Offline { by_program } => {
-                json!({"what": "offline", "by_program": by_program})
+            Happened::Offline(farewell) => {
+                let by_program = *farewell == Farewell::Answered;
+                json!({"what": "offline", "by_program": by_program, "stop_online": farewell.name()})
             }
             Happened::Picture(frame) => {
                 json!({"what": "picture", "number": frame.sequence, "width": frame.width, "height": frame.height, "bytes": frame.data.len()})
@@ -131,14 +139,15 @@ impl Changes {
             }
             Happened::Missed => json!({"what": "missed", "connection": line, "why": MISSED}),
         };
-        self.put(seen, None, value);
+        self.put(seen, value);
     }
 
-    fn cycle(&mut self, seen: &Seen, cycle: &Cycle) {
-        let alive = cycle.areas.first().map_or([0; 8], |master| master.state.io_slave_alive);
+    /// The changes of a cycle, or of what was sent without an answer.
+    fn areas(&mut self, seen: &Seen, areas: &[FishX1Transfer], cycle: Option<u64>) {
+        let alive = areas.first().map_or([0; 8], |master| master.state.io_slave_alive);
         let mut last = self.seen.remove(&seen.connection).unwrap_or_default();
-        last.resize(last.len().max(cycle.areas.len()), Vec::new());
-        for (index, (area, last)) in cycle.areas.iter().zip(&mut last).enumerate() {
+        last.resize(last.len().max(areas.len()), Vec::new());
+        for (index, (area, last)) in areas.iter().zip(&mut last).enumerate() {
             let is_there = index.checked_sub(1).is_none_or(|extension| alive[extension] != 0);
             let mut values = if is_there { values(index, area) } else { Vec::new() };
             if index > 0 {
@@ -146,7 +155,12 @@ impl Changes {
             }
             let is_new = |(place, value): &(usize, &Value)| last.get(*place) != Some(*value);
             for (_, value) in values.iter().enumerate().filter(is_new) {
-                self.put(seen, Some(cycle.number), value.clone());
+                let mut value = value.clone();
+                match cycle {
+                    Some(number) => value["cycle"] = json!(number),
+                    None => value["answered"] = json!(false),
+                }
+                self.put(seen, value);
             }
             *last = values;
         }
@@ -154,13 +168,10 @@ impl Changes {
     }
 
     /// Prints a line, if there is room for it.
-    fn put(&mut self, seen: &Seen, cycle: Option<u64>, value: Value) {
+    fn put(&mut self, seen: &Seen, value: Value) {
         let ms = seen.at.saturating_duration_since(self.begin).as_micros() as f64 / 1e3;
         let mut line = Map::from_iter([("ms".to_owned(), json!(ms))]);
         line.insert("connection_number".to_owned(), json!(seen.connection));
-        if let Some(cycle) = cycle {
-            line.insert("cycle".to_owned(), json!(cycle));
-        }
         if self.lost > 0 {
             line.insert("lost".to_owned(), json!(self.lost));
         }
@@ -174,7 +185,7 @@ impl Changes {
 }
 
 /// `TXT`, `E1` to `E8`.
-fn name(area: usize) -> String {
+pub(super) fn name(area: usize) -> String {
     if area == 0 {
         "TXT".to_owned()
     } else {

@@ -113,7 +113,7 @@ impl Driven {
         self.drives
     }
 
-    /// Whether that is so when the controller sends nothing more: a StopOnline without a response may not have reached it.
+    /// Whether that is so when the connection ends: a StopOnline without a response may not have reached the controller.
     pub(super) fn has_left_on(&self) -> bool {
         self.drives || self.leaves
     }

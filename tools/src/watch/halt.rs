@@ -85,9 +85,9 @@ impl Halt {
         halt
     }
 
-    /// Waits some time for the program to come back to a controller that has ended the connection.
-    pub(super) fn later(connection: u64, driven: Driven) -> Self {
-        let mut halt = Self::new(Gone::Lost, connection, driven, None);
+    /// Waits some time for the program to come back, as after the controller has ended the connection.
+    pub(super) fn later(gone: Gone, connection: u64, driven: Driven) -> Self {
+        let mut halt = Self::new(gone, connection, driven, None);
         halt.is_own = false;
         halt.put_off();
         halt

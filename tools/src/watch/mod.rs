@@ -37,7 +37,10 @@ use crate::interrupt::{self, Driving};
 use crate::panel::pages::{self, Watched};
 use crate::program::{Program, Reads};
 use crate::recording::output::{incomplete, Output};
-use crate::seen::{halted, missed, no_answer, not_understood, Happened, Seen};
+use crate::seen::{
+    forgotten, halted, missed, no_answer, not_understood, Farewell, Happened, Seen,
+    FAREWELL_UNANSWERED,
+};
 use crate::web::browser::Opening;
 use crate::{lines, print};
 
@@ -145,6 +148,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
         record,
         changes,
         notes: Notes::default(),
+        awake: Awake::default(),
     };
     let looks = thread::Builder::new().name("looker".to_owned()).spawn({
         let ending = Arc::clone(&ending);
@@ -238,6 +242,7 @@ struct Looker {
     record: Option<Record>,
     changes: Option<Changes>,
     notes: Notes,
+    awake: Awake,
 }
 
 impl Looker {
@@ -258,7 +263,7 @@ impl Looker {
     }
 
     fn look(&mut self) {
-        let Self { pieces, decoder, watched, record, changes, notes } = self;
+        let Self { pieces, decoder, watched, record, changes, notes, awake } = self;
         let mut report = |seen: Seen| {
             notes.take(&seen);
             if let Some(watched) = watched {
@@ -275,10 +280,35 @@ impl Looker {
         while let Some(piece) = pieces.next() {
             decoder.take(piece, &mut report);
         }
-        decoder.look(Instant::now(), &mut report);
+        let now = Instant::now();
+        if awake.hears_silence(now) {
+            decoder.look(now, &mut report);
+        }
         if let Some(watched) = watched {
             watched.publish_when_due();
         }
+    }
+}
+
+/// Whether this process ran lately. When it stood still, such as a computer that slept, responses lie unread.
+#[derive(Default)]
+struct Awake {
+    looked: Option<Instant>,
+    /// When it went on.
+    since: Option<Instant>,
+}
+
+impl Awake {
+    /// How long no look means that it stood still, and then how long the relay has for what lies unread.
+    const STILL: Duration = Duration::from_millis(500);
+
+    /// Whether what has not come until now was not sent either.
+    fn hears_silence(&mut self, now: Instant) -> bool {
+        let looked = self.looked.replace(now);
+        if looked.is_some_and(|it| now.saturating_duration_since(it) >= Self::STILL) {
+            self.since = Some(now);
+        }
+        self.since.is_none_or(|it| now.saturating_duration_since(it) >= Self::STILL)
     }
 }
 
@@ -287,8 +317,9 @@ impl Looker {
 struct Notes {
     /// On which connections the controller has refused the last attempt: programs try again and again.
     refused: [bool; 3],
-    /// The last connection of which something unknown was seen.
+    /// The last connection of which something unknown was seen, and of which exchanges were left out.
     unknown: u64,
+    forgotten: u64,
 }
 
 impl Notes {
@@ -310,17 +341,41 @@ impl Notes {
             Happened::NoAnswer { command, since } => {
                 log::warn!("{}", no_answer(*command, seen.at.saturating_duration_since(*since)));
             }
+            Happened::Unanswered(them)
+                if them.forgotten > 0 && self.forgotten < seen.connection =>
+            {
+                self.forgotten = seen.connection;
+                log::warn!("{}, and perhaps more", forgotten(them.forgotten));
+            }
             Happened::Missed => log::warn!("{}", missed(seen.line)),
             Happened::Halted { gone, error } => log::warn!("{}", halted(*gone, error.as_ref())),
+            Happened::Offline(Farewell::Unanswered) => log::warn!("{FAREWELL_UNANSWERED}"),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
             Happened::Refused(_)
             | Happened::Connected(_)
             | Happened::Closed
             | Happened::Controller { .. }
             | Happened::Online
-            | Happened::Offline { .. }
+            | Happened::Offline(Farewell::Answered | Farewell::Missing)
             | Happened::Unknown(_)
+            | Happened::Unanswered(_)
             | Happened::Cycle(_) => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_missing_right_after_this_process_stood_still() {
+        let mut awake = Awake::default();
+        let begin = Instant::now();
+        let mut hears = |millis| awake.hears_silence(begin + Duration::from_millis(millis));
+        assert_eq!([0, 5, 400].map(&mut hears), [true; 3]);
+        // Three seconds, as under SIGSTOP.
+        assert_eq!([3400, 3405, 3899].map(&mut hears), [false; 3]);
+        assert_eq!([3900, 3905].map(&mut hears), [true; 2]);
     }
 }

@@ -72,8 +72,10 @@ pub(super) struct Passage {
     controller: TcpStream,
     up: Flow,
     down: Flow,
-    /// What the program does, if the controller is to be stopped after it.
+    /// What the program does on the main connection.
     driven: Option<Driven>,
+    /// The controller is not stopped after it.
+    pub(super) leaves_outputs: bool,
     /// The controller has broken the connection.
     controller_broke: bool,
     telling: Telling,
@@ -104,15 +106,11 @@ impl Passage {
             controller: to_controller,
             up: Flow::default(),
             down: Flow::default(),
-            driven: None,
+            driven: (line == Line::Main).then(Driven::new),
+            leaves_outputs: false,
             controller_broke: false,
             telling: Telling::default(),
         })
-    }
-
-    /// Has the controller stopped when the program has gone while it drives.
-    pub(super) fn stops_after_it(&mut self) {
-        self.driven = Some(Driven::new());
     }
 
     /// Tries once more to connect to the controller.
@@ -176,7 +174,7 @@ impl Passage {
         match passed {
             Ok(_) if self.up.told_end && self.down.told_end => Then::Closed,
             // The program's end was held back for nothing.
-            Ok(false) if !(self.up.ended && !self.up.told_end && self.drives()) => Then::Waits,
+            Ok(false) if !(self.up.ended && !self.up.told_end && self.is_to_stop()) => Then::Waits,
             Ok(_) => Then::More,
             Err(Broken { side, error }) => {
                 log::debug!("connection {} is reset: {error}", self.number);
@@ -194,16 +192,25 @@ impl Passage {
     /// Whether the program has gone while it drives. It may have sent StopOnline before its connection broke.
     fn gone(&mut self, broken: Option<&Broken>, chunk: &mut [u8], tap: &Tap) -> Option<Gone> {
         let is_broken = broken.is_some_and(|broken| broken.side == Side::Program);
-        if is_broken && self.drives() {
+        if is_broken && self.is_to_stop() {
             let _ = self.pass_up(true, chunk, tap);
         }
         let has_gone = is_broken || (broken.is_none() && self.up.ended && !self.down.ended);
-        (has_gone && self.drives()).then_some(if is_broken { Gone::Reset } else { Gone::Closed })
+        (has_gone && self.is_to_stop()).then_some(if is_broken {
+            Gone::Reset
+        } else {
+            Gone::Closed
+        })
     }
 
-    /// Whether a program drives through it, after which the controller is to be stopped.
+    /// Whether a program drives through it.
     pub(super) fn drives(&self) -> bool {
         self.driven.as_ref().is_some_and(Driven::drives)
+    }
+
+    /// Whether the controller is to be stopped after it.
+    pub(super) fn is_to_stop(&self) -> bool {
+        self.drives() && !self.leaves_outputs
     }
 
     /// Whether the controller has said anything to a program that may drive.
@@ -213,7 +220,8 @@ impl Passage {
 
     /// When the program will have been silent for too long.
     pub(super) fn silent_at(&self) -> Option<Instant> {
-        self.driven.as_ref()?.silent_at(!self.down.ended)
+        let stops = self.driven.as_ref().filter(|_| !self.leaves_outputs);
+        stops?.silent_at(!self.down.ended)
     }
 
     /// When something has passed last.
@@ -222,11 +230,11 @@ impl Passage {
     }
 
     /// How much the program that drives through the main connection needs this one: it comes from the same computer,
-    /// and something has passed since that program is there.
+    /// and the controller has said something on it since that program is there. A controller serves one connection
+    /// to I2C or the camera at a time, and says nothing on others, whatever a stranger sends there.
     pub(super) fn serves(&self, main: &Self) -> (bool, bool) {
         let from = |one: &Self| one.program.peer_addr().ok().map(|from| from.ip());
-        let passed = self.up.used.max(self.down.used);
-        (from(self) == from(main), passed.is_some_and(|passed| passed > main.begun))
+        (from(self) == from(main), self.down.used.is_some_and(|heard| heard > main.begun))
     }
 
     /// Whether one side has ended, and the other has not.
@@ -236,24 +244,24 @@ impl Passage {
 
     /// When it will have been half a connection for too long. After one that drives, something else comes first.
     pub(super) fn ends_at(&self) -> Option<Instant> {
-        (self.is_half() && !self.drives()).then(|| self.used() + HALF_LIMIT)
+        (self.is_half() && !self.is_to_stop()).then(|| self.used() + HALF_LIMIT)
     }
 
     /// Stops the controller, if a program has driven it.
     pub(super) fn halt(self, gone: Gone, tap: &Tap) -> Option<Halt> {
-        let driven = self.driven.filter(Driven::drives)?;
+        let driven = self.driven.filter(|one| one.drives() && !self.leaves_outputs)?;
         // Behind the part of a command, and after its end, the controller understands nothing.
         let is_clear = self.up.pending.is_empty() && !self.down.ended;
         let controller = Some(self.controller).filter(|_| is_clear);
         Some(Halt::now(gone, self.number, driven, controller, tap))
     }
 
-    /// Stops the controller that has ended the connection, if no program comes back.
+    /// Stops the controller that has ended the connection, or has not answered a farewell, if no program comes back.
     pub(super) fn halt_later(self) -> Option<Halt> {
         let has_ended = self.down.ended || self.controller_broke;
-        let is_left_on = |one: &Driven| one.drives() || (has_ended && one.has_left_on());
-        let driven = self.driven.filter(is_left_on)?;
-        Some(Halt::later(self.number, driven))
+        let driven = self.driven.filter(|one| one.has_left_on() && !self.leaves_outputs)?;
+        let gone = if has_ended || driven.drives() { Gone::Lost } else { Gone::Unanswered };
+        Some(Halt::later(gone, self.number, driven))
     }
 
     fn pass_up(&mut self, may_send: bool, chunk: &mut [u8], tap: &Tap) -> Result<bool, Broken> {
@@ -265,7 +273,7 @@ impl Passage {
             line: self.line,
             connection: self.number,
             side: Side::Program,
-            holds_end: !self.down.ended,
+            holds_end: !self.down.ended && !self.leaves_outputs,
             driven: self.driven.as_mut(),
             telling: &mut self.telling,
         };
@@ -344,7 +352,8 @@ impl Witness<'_> {
             (Side::Controller, Some(driven)) => driven.received(at, bytes),
             (_, None) => {}
         }
-        let drives = self.driven.as_ref().is_some_and(|driven| driven.drives());
+        // The controller serves one: others that go online, too, have no more room than those that look.
+        let drives = self.driven.as_ref().is_some_and(|one| one.drives() && one.is_served());
         let connection = (self.line, self.connection);
         self.tap.pass_bytes(connection, self.side, at, bytes, (self.telling, drives));
     }
@@ -466,7 +475,35 @@ fn is_pending(error: &io::Error) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use ft_transfer_area::wire::{ResponseId, StartOnline};
+
+    use super::super::tap::tap;
     use super::*;
+
+    #[test]
+    fn only_a_program_that_the_controller_serves_has_the_room_of_the_one_that_drives() {
+        let (tap, _pieces) = tap();
+        for is_served in [false, true] {
+            let (mut driven, mut start, at) = (Driven::new(), Vec::new(), Instant::now());
+            StartOnline::new().emit(&mut start);
+            driven.sent(at, &start);
+            if is_served {
+                driven.received(at, &ResponseId::StartOnline.id().to_le_bytes());
+            }
+            let mut telling = Telling::default();
+            let mut witness = Witness {
+                tap: &tap,
+                line: Line::Main,
+                connection: 1,
+                side: Side::Program,
+                holds_end: false,
+                driven: Some(&mut driven),
+                telling: &mut telling,
+            };
+            (0..(10 << 20) / CHUNK).for_each(|_| witness.report(at, &[0; CHUNK]));
+            assert_eq!(telling.missed, !is_served);
+        }
+    }
 
     #[test]
     fn a_receiver_that_takes_nothing_is_an_error() {

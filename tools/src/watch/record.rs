@@ -10,9 +10,16 @@ use ft_transfer_area_recorder::{
     Failure, FailureKind, Feed, FrameSink, Options, Recorder, Totals, Transfer,
 };
 
+use super::changes::name;
 use crate::lines;
 use crate::recording::output::{discard, Output};
-use crate::seen::{halted, no_answer, Cycle, Happened, Line, Seen, MISSED};
+use crate::seen::{
+    forgotten, halted, no_answer, Cycle, Farewell, Happened, Line, Seen, UnansweredExchanges,
+    FAREWELL_UNANSWERED, MISSED,
+};
+
+/// How a transfer has ended that its program did not end.
+const CLOSED: &str = "the connection was closed before the program went offline";
 
 /// Writes a recording.
 pub(super) struct Record {
@@ -33,6 +40,8 @@ pub(super) struct Record {
     drives: Option<u64>,
     /// A command of it without a response, and from when to when that was waited for.
     unanswered: Option<Unanswered>,
+    /// What it has sent beyond the last answer, and what was left out.
+    beyond: Beyond,
     statistics: Statistics,
     /// An error was reported.
     failed: bool,
@@ -55,6 +64,45 @@ impl Unanswered {
     }
 }
 
+/// What the recording has no cycles of.
+#[derive(Default)]
+struct Beyond {
+    /// How many exchanges had no answer, and the outputs of the newest.
+    exchanges: u64,
+    outputs: Vec<String>,
+    /// How many exchanges are not recorded, because too many had no answer.
+    forgotten: u64,
+}
+
+impl Beyond {
+    fn of(them: &UnansweredExchanges) -> Self {
+        let mut outputs = Vec::new();
+        for (index, area) in them.areas.iter().enumerate() {
+            let duties = area.output.duty.iter().enumerate().filter(|(_, duty)| **duty != 0);
+            outputs.extend(duties.map(|(at, duty)| format!("{} O{} {duty}", name(index), at + 1)));
+        }
+        Self { exchanges: them.exchanges, outputs, forgotten: them.forgotten }
+    }
+
+    /// The controller has gone on.
+    fn answered(&mut self) {
+        (self.exchanges, self.outputs) = Default::default();
+    }
+
+    fn text(self) -> Option<String> {
+        let left_out = (self.forgotten > 0).then(|| forgotten(self.forgotten));
+        let unanswered = (self.exchanges > 0).then(|| {
+            let outputs = match &self.outputs[..] {
+                [] => "all outputs at 0".to_owned(),
+                outputs => outputs.join(", "),
+            };
+            format!("the last {} exchanges had no answer, the newest has {outputs}", self.exchanges)
+        });
+        let texts: Vec<_> = left_out.into_iter().chain(unanswered).collect();
+        (!texts.is_empty()).then(|| texts.join("; "))
+    }
+}
+
 impl Record {
     pub(super) fn start(output: Output, address: IpAddr) -> anyhow::Result<Self> {
         let (recorder, feed) = Recorder::fed(output.first(), Options::default())?;
@@ -71,6 +119,7 @@ impl Record {
             halted: None,
             drives: None,
             unanswered: None,
+            beyond: Beyond::default(),
             statistics: Statistics::default(),
             failed: false,
         })
@@ -86,7 +135,7 @@ impl Record {
             }
             // A controller has one client: the other one has lost it.
             Line::Main if matches!(seen.what, Happened::Online) => {
-                self.ended(seen.at, false);
+                self.ended(seen.at, Farewell::Missing);
                 self.of_main(seen);
             }
             Line::Main | Line::I2c => {}
@@ -111,6 +160,7 @@ impl Record {
                 self.drives = Some(seen.connection);
                 (self.unclear, self.halted, self.unanswered) = Default::default();
                 self.statistics = Statistics::default();
+                self.beyond = Beyond::default();
             }
             Happened::Cycle(cycle) => self.cycle(seen, cycle),
             Happened::NotUnderstood { side, why } => {
@@ -122,6 +172,7 @@ impl Record {
                 let (command, since) = (*command, *since);
                 self.unanswered = Some(Unanswered { command, since, until: None, cycles: 0 });
             }
+            Happened::Unanswered(them) => self.beyond = Beyond::of(them),
             Happened::Halted { gone, error } => {
                 let error = halted(*gone, error.as_ref());
                 if self.drives.is_some() {
@@ -132,7 +183,7 @@ impl Record {
                     self.feed.transfer(seen.at, Transfer::EndedBy(failure));
                 }
             }
-            Happened::Offline { by_program } => self.ended(seen.at, *by_program),
+            Happened::Offline(farewell) => self.ended(seen.at, *farewell),
             Happened::Command(_) => {
                 if let Some(Unanswered { until, .. }) = &mut self.unanswered {
                     until.get_or_insert(seen.at);
@@ -149,23 +200,33 @@ impl Record {
     }
 
     /// The transfer has ended.
-    fn ended(&mut self, at: Instant, by_program: bool) {
+    fn ended(&mut self, at: Instant, farewell: Farewell) {
         self.drives = None;
-        let failed = |kind, error| Transfer::EndedBy(Failure { kind, error });
+        let beyond = std::mem::take(&mut self.beyond).text();
+        let failed = |kind, error: String| {
+            let error = [error].into_iter().chain(beyond.clone()).collect::<Vec<_>>().join("; ");
+            Transfer::EndedBy(Failure { kind, error })
+        };
         let unanswered = self.unanswered.take().map(|missing| missing.seen(at));
         let what = match (self.unclear.take(), unanswered, self.halted.take()) {
             (Some(error), _, _) => failed(FailureKind::WrongData, error),
             (None, Some(missing), halted) => {
-                let then = halted.unwrap_or_else(|| "the program ended".to_owned());
+                let then = halted.unwrap_or_else(|| match farewell {
+                    Farewell::Unanswered => "the program ended: motors may go on".to_owned(),
+                    Farewell::Answered | Farewell::Missing => "the program ended".to_owned(),
+                });
                 failed(FailureKind::NoAnswer, format!("{missing}, then {then}"))
             }
-            (None, None, _) if by_program => Transfer::Ended,
-            (None, None, halted) => failed(
-                FailureKind::Closed,
-                halted.unwrap_or_else(|| {
-                    "the connection was closed before the program went offline".to_owned()
-                }),
-            ),
+            (None, None, halted) => match farewell {
+                Farewell::Answered if beyond.is_none() => Transfer::Ended,
+                Farewell::Answered => failed(FailureKind::NoAnswer, "the program ended".to_owned()),
+                Farewell::Unanswered => {
+                    failed(FailureKind::NoAnswer, FAREWELL_UNANSWERED.to_owned())
+                }
+                Farewell::Missing => {
+                    failed(FailureKind::Closed, halted.unwrap_or_else(|| CLOSED.to_owned()))
+                }
+            },
         };
         self.feed.transfer(at, what);
     }
@@ -176,6 +237,7 @@ impl Record {
             unanswered.cycles += 1;
         }
         self.unanswered.take_if(|unanswered| unanswered.cycles > 1);
+        self.beyond.answered();
         if std::mem::take(&mut self.begins) {
             let (device_name, firmware) = self.controller.clone().unwrap_or_default();
             let (address, areas) = (self.address.clone(), cycle.areas.len());

@@ -186,7 +186,7 @@ impl Worker {
     fn leave(&mut self, events: &mut Events) -> io::Result<()> {
         let numbers: Vec<_> = self.passages.keys().copied().collect();
         let (mut driving, others): (Vec<_>, Vec<_>) =
-            numbers.into_iter().partition(|number| self.passages[number].drives());
+            numbers.into_iter().partition(|number| self.passages[number].is_to_stop());
         // Those that the controller does not serve have nothing to stop, while it serves another one.
         driving.sort_by_key(|number| self.passages[number].is_served());
         driving.into_iter().for_each(|number| self.halt(number, Gone::Watch));
@@ -282,9 +282,7 @@ impl Worker {
         let registry = self.poll.registry();
         match Passage::begin((line, number), program, address, registry, tokens) {
             Ok(mut passage) => {
-                if line == Line::Main && !self.leaves_outputs {
-                    passage.stops_after_it();
-                }
+                passage.leaves_outputs = self.leaves_outputs;
                 self.passages.insert(number, passage);
             }
             Err(error) => {
@@ -472,9 +470,20 @@ impl Worker {
         if let Some(passage) = self.passages.remove(&number) {
             let line = passage.line;
             // Its sockets are closed before that is reported.
-            self.halts.extend(passage.halt_later());
+            let halt = passage.halt_later();
+            halt.into_iter().for_each(|halt| self.halt_later(halt));
             self.report(line, number, What::Closed);
         }
+    }
+
+    /// Waits to stop a controller. All that wait do the same, so a few are enough for programs that come again and
+    /// again to a controller that ends their connections.
+    fn halt_later(&mut self, halt: Halt) {
+        if self.halts.len() >= MOST {
+            let waiting = self.halts.iter().position(Halt::waits);
+            waiting.map(|place| self.halts.remove(place));
+        }
+        self.halts.push(halt);
     }
 
     fn report(&self, line: Line, connection: u64, what: What) {
@@ -490,9 +499,22 @@ fn tokens(number: u64) -> [Token; 2] {
 
 #[cfg(test)]
 mod tests {
+    use super::super::driven::Driven;
     use super::super::ports::listen;
     use super::super::tap::tap;
     use super::*;
+
+    #[test]
+    fn no_more_stops_wait_than_there_are_connections() {
+        let (tap, _pieces) = tap();
+        let nobody = SocketAddr::new([127, 0, 0, 1].into(), 1);
+        let mut worker = Worker::new(listen(0).unwrap(), nobody, tap, false).unwrap();
+        for number in 0..100 {
+            worker.halt_later(Halt::later(Gone::Lost, number, Driven::new()));
+        }
+        let numbers: Vec<_> = worker.halts.iter().map(|halt| halt.connection).collect();
+        assert_eq!(numbers, (100 - MOST as u64..100).collect::<Vec<_>>());
+    }
 
     #[test]
     fn a_few_programs_are_accepted_at_once_and_all_in_the_end() {

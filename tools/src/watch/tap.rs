@@ -61,7 +61,7 @@ pub(super) struct Tap {
 pub(super) struct Telling {
     bytes: usize,
     /// There was no room, and nothing more is reported.
-    missed: bool,
+    pub(super) missed: bool,
 }
 
 /// The end of those who look.

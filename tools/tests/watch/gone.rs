@@ -38,7 +38,7 @@ fn reported(watch: &Watch, because: &str) {
 }
 
 /// What it says about that: because of what, and whether it was done.
-fn outputs_off(watch: &Watch) -> (Value, Value) {
+pub(super) fn outputs_off(watch: &Watch) -> (Value, Value) {
     let reported = watch.line_where(|line| line["what"] == "outputs_off");
     (reported["because"].clone(), reported["done"].clone())
 }
@@ -148,14 +148,14 @@ fn outputs_stay_when_that_is_wanted_or_the_session_has_ended() {
 }
 
 /// A controller that does as its script says.
-struct Controller {
-    listener: TcpListener,
-    stream: TcpStream,
+pub(super) struct Controller {
+    pub(super) listener: TcpListener,
+    pub(super) stream: TcpStream,
 }
 
 impl Controller {
     /// With a program that is online on it.
-    fn online(watch: &Watch, listener: TcpListener) -> (Self, TcpStream) {
+    pub(super) fn online(watch: &Watch, listener: TcpListener) -> (Self, TcpStream) {
         let mut program = watch.connect();
         let stream = accept(&listener);
         let mut controller = Self { listener, stream };
@@ -168,7 +168,7 @@ impl Controller {
     }
 
     /// Reads a command of this size, and sends this response.
-    fn answer(&mut self, size: usize, response: &[u8]) -> Vec<u8> {
+    pub(super) fn answer(&mut self, size: usize, response: &[u8]) -> Vec<u8> {
         let mut command = vec![0; size];
         self.stream.read_exact(&mut command).unwrap();
         self.stream.write_all(response).unwrap();
@@ -176,7 +176,7 @@ impl Controller {
     }
 
     /// Is sent what switches all outputs off, by a new connection.
-    fn is_stopped(&mut self) {
+    pub(super) fn is_stopped(&mut self) {
         let started = ResponseId::StartOnline.id().to_le_bytes();
         let start = self.answer(StartOnline::LEN, &started);
         assert_eq!(StartOnline::parse(&start), Ok(StartOnline::new()));

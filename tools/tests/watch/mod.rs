@@ -6,6 +6,7 @@ mod bytes;
 mod clients;
 mod gone;
 mod reported;
+mod silent;
 pub(crate) mod slow;
 pub(crate) mod support;
 mod unanswered;

@@ -39,7 +39,10 @@ fn strangers_do_not_end_the_connection_to_i2c_of_a_program_that_drives() {
     let strangers: Vec<_> = (0..34)
         .map(|_| {
             program.exchange([1; 8]);
-            connect(to)
+            let mut stranger = connect(to);
+            // The controller serves one connection, and reads nothing of this one.
+            stranger.write_all(&[0]).unwrap();
+            stranger
         })
         .collect();
     assert!(!matches!((&strangers[1]).read(&mut [0]), Ok(1..)));
@@ -64,9 +67,15 @@ fn keep_all(listener: &TcpListener) {
 #[cfg_attr(not(unix), ignore = "the limit for open files is set by a shell")]
 #[test]
 fn a_program_is_served_however_many_connections_were_left_open() {
+    one_that_drives_stays(&[]);
+    one_that_drives_stays(&["--leave-outputs"]);
+}
+
+/// When other programs leave as many connections open as there is room for.
+fn one_that_drives_stays(arguments: &[&str]) {
     let (listener, address) = listener();
     thread::spawn(move || keep_all(&listener));
-    let watch = command(address, &["--no-page", "--json"]);
+    let watch = command(address, &[&["--no-page", "--json"], arguments].concat());
     let mut limited = Command::new("sh");
     limited.args(["-c", "ulimit -n 128 && exec \"$@\"", "sh"]).stdin(Stdio::null());
     let watch = Running::start(limited.arg(watch.get_program()).args(watch.get_args()));

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include "conio.h"
@@ -105,9 +106,19 @@ static int deep(int depth)
     return depth < 0 ? 0 : deep(depth / 2 + 1) + room[0];
 }
 
+static void nothing(int)
+{
+}
+
 static void crash()
 {
-    if (is("pointer")) {
+    if (is("timer")) {
+        struct itimerval often = {{0, 100}, {0, 100}};
+
+        signal(SIGALRM, nothing);
+        setitimer(ITIMER_REAL, &often, NULL);
+    }
+    if (is("pointer") || is("timer")) {
         *(volatile int *)8 = 1;
     } else if (is("abort")) {
         abort();

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::tx::{Direction, Input};
+use ft_transfer_area::tx::{Direction, Input, Sound};
 use ft_transfer_area::{Error, FishX1Transfer, TransferAreaGuard, TransferAreas};
 
 use super::plan::{Act, Get};
@@ -89,7 +89,7 @@ pub(crate) fn act(areas: &mut [FishX1Transfer], acts: &[Act], record: &Record) -
             }
             Act::Sound => {
                 let repeat = (record.number() % 60_000) as u16 + 1;
-                areas[LOCAL_IO].set_sound(0, repeat).expect("0 is a sound");
+                areas[LOCAL_IO].set_sound(Sound::Airplane, repeat).expect("it is a sound");
                 orders.sound = Some(repeat);
             }
             Act::Config => areas[LOCAL_IO].raise_config_id(),

@@ -3,8 +3,7 @@
 //! What is no packet of the kit ends with the bytes that came at once, as for the firmware. A response belongs to the
 //! first command that it can answer; those before got none.
 
-use std::collections::VecDeque;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{Config, OutputValues, TxtOutputs, MAX_AREAS};
 use ft_transfer_area::wire::{
@@ -13,43 +12,38 @@ use ft_transfer_area::wire::{
 };
 use ft_transfer_area::{Exchange, FirmwareVersion, FishX1Transfer, TransferMode};
 
+use super::unanswered::{Answered, Unanswered, Waiting};
 use super::Reader;
-use crate::seen::{Cycle, Happened, Side, Unknown, NO_ANSWER};
+use crate::seen::{Cycle, Farewell, Happened, Side, UnansweredExchanges, Unknown};
 use crate::watch::packet::{command_size, id, response_size, Inbox};
 
 /// Words per area in a compressed command.
 const WORDS: usize = 27;
-/// How many commands may wait for their responses. Each client sends them in turn.
-const WAITING_MAX: usize = 64;
+/// An exchange that has no answer for so long is shown without it: the controller may have its outputs.
+const SHOWN_AFTER: Duration = Duration::from_millis(200);
 
 #[derive(Default)]
 pub(super) struct MainReader {
     commands: Inbox,
     responses: Inbox,
-    /// What has no response yet.
-    waiting: VecDeque<Waiting>,
+    unanswered: Unanswered,
+    /// There is something to show of exchanges without an answer, when they are late, and at once.
+    has_sent: bool,
+    has_forgotten: bool,
+    /// How many exchanges are not shown, because too many had no answer.
+    forgotten: u64,
     outgoing: Outgoing,
     firmware: Option<FirmwareVersion>,
     online: Option<Online>,
     /// An exchange was not understood, so that those after it can't be, until StartOnline.
     is_unclear: bool,
-    /// StopOnline was sent.
-    stops: bool,
+    /// Whether the program has said farewell since it went online, or drove last.
+    farewell: Farewell,
     /// The program has gone, and the relay sends what stops the controller.
     is_gone: bool,
+    /// What the program had sent last then.
+    left: Option<Box<Sent>>,
     last_response: Option<Instant>,
-}
-
-/// A command without a response.
-struct Waiting {
-    command: CommandId,
-    since: Instant,
-    /// A missing response was reported. One may still come, until the program goes on without it.
-    is_told: bool,
-    /// The time from the response before.
-    answer: Option<std::time::Duration>,
-    /// What an exchange has sent.
-    sent: Option<Sent>,
 }
 
 /// What the program sends, as of its last command.
@@ -61,10 +55,10 @@ struct Outgoing {
 }
 
 /// Configurations and outputs of all areas.
-type Sent = [SentArea; MAX_AREAS];
+pub(super) type Sent = [SentArea; MAX_AREAS];
 
 #[derive(Clone, Copy, Default)]
-struct SentArea {
+pub(super) struct SentArea {
     /// It was configured, or took part in an exchange.
     is_used: bool,
     config_id: u8,
@@ -78,6 +72,8 @@ struct Online {
     simple: Exchange,
     compressed: Exchange,
     areas: [FishX1Transfer; MAX_AREAS],
+    /// The extensions in the last response, bit 0 the first.
+    alive: u16,
     cycles: u64,
     last: Option<Instant>,
 }
@@ -108,12 +104,17 @@ impl Reader for MainReader {
     }
 
     fn look(&mut self, now: Instant, report: &mut dyn FnMut(Happened)) {
-        let is_late = |one: &&mut Waiting| now.saturating_duration_since(one.since) >= NO_ANSWER;
-        self.waiting.iter_mut().take_while(is_late).for_each(|one| one.report(report));
+        let is_late = |since| now.saturating_duration_since(since) >= SHOWN_AFTER;
+        let is_due = self.unanswered.exchanges().is_some_and(|(_, since)| is_late(since));
+        if self.has_forgotten || (self.has_sent && is_due) {
+            self.show_unanswered(report);
+        }
+        self.unanswered.look(now, report);
     }
 
     fn program_gone(&mut self) {
         self.is_gone = true;
+        self.left = Some(Box::new(self.outgoing.areas));
     }
 
     /// A program that sends StopOnline after this has not ended the transfer.
@@ -122,8 +123,11 @@ impl Reader for MainReader {
     }
 
     fn end(&mut self, report: &mut dyn FnMut(Happened)) {
+        if self.has_forgotten || self.unanswered.exchanges().is_some() {
+            self.show_unanswered(report);
+        }
         if self.online.take().is_some() {
-            report(Happened::Offline { by_program: self.stops && !self.is_gone });
+            report(Happened::Offline(self.farewell));
         }
     }
 }
@@ -149,23 +153,11 @@ fn report_unknown(side: Side, bytes: &[u8], report: &mut dyn FnMut(Happened)) {
     report(Happened::Unknown(unknown));
 }
 
-impl Waiting {
-    fn report(&mut self, report: &mut dyn FnMut(Happened)) {
-        if !std::mem::replace(&mut self.is_told, true) {
-            report(Happened::NoAnswer { command: self.command, since: self.since });
-        }
-    }
-}
-
 impl MainReader {
     fn command(&mut self, at: Instant, bytes: &[u8], report: &mut dyn FnMut(Happened)) {
         // The size is known, so it is one.
         let Some(command) = id(bytes).and_then(CommandId::from_id) else { return };
-        // The program goes on without the responses that are missing.
-        self.waiting.retain(|one| !one.is_told);
-        if self.waiting.len() >= WAITING_MAX {
-            self.waiting.pop_front();
-        }
+        self.unanswered.go_on(at);
         let outgoing = &mut self.outgoing;
         let read = match command {
             CommandId::ExchangeData => outgoing.simple(bytes).map(|()| true),
@@ -187,29 +179,46 @@ impl MainReader {
                 None
             }
         };
+        match command {
+            CommandId::ExchangeData | CommandId::ExchangeDataCmpr | CommandId::StartOnline => {
+                self.farewell = Farewell::Missing;
+            }
+            // That of the relay is none.
+            CommandId::StopOnline if !self.is_gone => self.farewell = Farewell::Unanswered,
+            CommandId::StopOnline
+            | CommandId::QueryStatus
+            | CommandId::UpdateConfig
+            | CommandId::StartCameraOnline
+            | CommandId::StopCameraOnline => {}
+        }
         if !matches!(command, CommandId::ExchangeData | CommandId::ExchangeDataCmpr) {
-            self.stops = command == CommandId::StopOnline;
             report(Happened::Command(command));
         }
         let answer = self.last_response.map(|before| at.saturating_duration_since(before));
-        self.waiting.push_back(Waiting { command, since: at, is_told: false, answer, sent });
+        self.has_sent |= sent.is_some() && !self.is_gone;
+        let mut waiting = Waiting::new(command, at);
+        (waiting.answer, waiting.sent, waiting.is_relays) = (answer, sent, self.is_gone);
+        if self.unanswered.add(waiting) {
+            self.forgotten += 1;
+            self.has_forgotten = true;
+        }
     }
 
-    /// Takes out the command to which this is the response. Those before it get none.
-    fn answered(
-        &mut self,
-        response: ResponseId,
-        report: &mut dyn FnMut(Happened),
-    ) -> Option<Waiting> {
-        let fits = |one: &Waiting| one.command.response() == response;
-        let place = self.waiting.iter().position(fits)?;
-        self.waiting.drain(..place).for_each(|mut one| one.report(report));
-        self.waiting.pop_front()
+    /// Shows what the program has sent last, with the inputs of the last response.
+    fn show_unanswered(&mut self, report: &mut dyn FnMut(Happened)) {
+        let Some(online) = self.online.as_mut().filter(|_| !self.is_unclear) else { return };
+        (self.has_sent, self.has_forgotten) = (false, false);
+        let sent = self.left.as_deref().unwrap_or(&self.outgoing.areas);
+        let areas = online.areas_with(sent);
+        let exchanges = self.unanswered.exchanges().map_or(0, |(count, _)| count);
+        let forgotten = self.forgotten;
+        let what = UnansweredExchanges { exchanges, forgotten, areas };
+        report(Happened::Unanswered(Box::new(what)));
     }
 
     fn response(&mut self, at: Instant, bytes: &[u8], report: &mut dyn FnMut(Happened)) {
         let Some(response) = id(bytes).and_then(ResponseId::from_id) else { return };
-        let Some(waiting) = self.answered(response, report) else {
+        let Some(answered) = self.unanswered.take(at, response, report) else {
             return report_unknown(Side::Controller, bytes, report);
         };
         let read = match response {
@@ -218,17 +227,19 @@ impl MainReader {
                 // The checksum decides how many words a response has: this is only tried first.
                 let firmware = self.firmware.unwrap_or(FirmwareVersion::WITH_MICROPHONE);
                 self.online = Some(Online::new(firmware));
-                self.is_unclear = false;
+                (self.is_unclear, self.has_forgotten, self.forgotten) = (false, false, 0);
                 report(Happened::Online);
                 Ok(())
             }
             ResponseId::StopOnline => {
-                self.stops = true;
+                if !self.is_gone {
+                    self.farewell = Farewell::Answered;
+                }
                 self.end(report);
                 Ok(())
             }
             ResponseId::ExchangeData | ResponseId::ExchangeDataCmpr => {
-                self.exchange(at, response, bytes, &waiting, report)
+                self.exchange(at, response, bytes, &answered, report)
             }
             ResponseId::UpdateConfig
             | ResponseId::StartCameraOnline
@@ -252,12 +263,24 @@ impl MainReader {
         at: Instant,
         response: ResponseId,
         bytes: &[u8],
-        waiting: &Waiting,
+        answered: &Answered,
         report: &mut dyn FnMut(Happened),
     ) -> Result<(), String> {
-        let Some(sent) = waiting.sent.filter(|_| !self.is_unclear) else { return Ok(()) };
+        if self.is_unclear {
+            return Ok(());
+        }
+        let waiting = match answered {
+            Answered::Known(waiting) => Some(waiting),
+            Answered::Forgotten => None,
+        };
+        // The words of the next response depend on those of this one in any case.
+        let sent = waiting.map_or(Some(self.outgoing.areas), |waiting| waiting.sent);
+        let Some(sent) = sent else { return Ok(()) };
         let online = self.online.as_mut().ok_or("an exchange came before StartOnline")?;
         let mut cycle = online.exchange(at, response, bytes, &sent)?;
+        // Those after it may still be late.
+        self.has_sent = true;
+        let Some(waiting) = waiting else { return Ok(()) };
         cycle.answer = waiting.answer.filter(|_| cycle.number > 1);
         cycle.config_updates = self.outgoing.config_updates;
         report(Happened::Cycle(Box::new(cycle)));
@@ -344,6 +367,7 @@ impl Online {
             simple: Exchange::new(TransferMode::Simple, firmware),
             compressed: Exchange::new(TransferMode::Compressed, firmware),
             areas: [FishX1Transfer::default(); MAX_AREAS],
+            alive: 0,
             cycles: 0,
             last: None,
         }
@@ -356,12 +380,6 @@ impl Online {
         bytes: &[u8],
         sent: &Sent,
     ) -> Result<Cycle, String> {
-        for (area, sent) in self.areas.iter_mut().zip(sent) {
-            area.state.config_id = sent.config_id;
-            area.config = sent.config;
-            area.output = sent.output;
-            area.txt_outputs = sent.txt_outputs;
-        }
         // No other response than these two is an exchange's.
         let is_simple = response == ResponseId::ExchangeData;
         let exchange = if is_simple { &mut self.simple } else { &mut self.compressed };
@@ -374,17 +392,29 @@ impl Online {
         }
         self.cycles += 1;
         let last = self.last.replace(at);
-        let alive = inputs.alive();
-        let takes_part = |area: &usize| {
-            sent[*area].is_used || area.checked_sub(1).is_some_and(|bit| alive >> bit & 1 != 0)
-        };
-        let count = (1..MAX_AREAS).rev().find(takes_part).map_or(1, |last| last + 1);
+        self.alive = inputs.alive();
         Ok(Cycle {
             number: self.cycles,
             since_last: last.map(|last| at.saturating_duration_since(last)),
             answer: None,
             config_updates: 0,
-            areas: self.areas[..count].to_vec(),
+            areas: self.areas_with(sent),
         })
+    }
+
+    /// What was sent, with the inputs of the last response.
+    fn areas_with(&mut self, sent: &Sent) -> Vec<FishX1Transfer> {
+        for (area, sent) in self.areas.iter_mut().zip(sent) {
+            area.state.config_id = sent.config_id;
+            area.config = sent.config;
+            area.output = sent.output;
+            area.txt_outputs = sent.txt_outputs;
+        }
+        let takes_part = |area: &usize| {
+            let is_alive = |bit| self.alive >> bit & 1 != 0;
+            sent[*area].is_used || area.checked_sub(1).is_some_and(is_alive)
+        };
+        let count = (1..MAX_AREAS).rev().find(takes_part).map_or(1, |last| last + 1);
+        self.areas[..count].to_vec()
     }
 }

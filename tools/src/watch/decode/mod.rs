@@ -7,6 +7,7 @@
 mod camera;
 mod i2c;
 mod main_line;
+mod unanswered;
 
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -159,6 +160,7 @@ mod tests {
     };
 
     use super::*;
+    use crate::seen::Farewell;
 
     /// What is seen of one connection in these pieces, with the time between them.
     fn seen(pieces: Vec<(u64, What)>) -> Vec<Happened> {
@@ -221,16 +223,19 @@ mod tests {
             (900, command(CommandId::StopOnline)),
             (10, response(ResponseId::StopOnline)),
         ]);
-        let Happened::NoAnswer { command, .. } = seen[2] else { panic!("{seen:?}") };
+        // Its outputs are shown before.
+        assert!(matches!(seen[2], Happened::Unanswered(_)), "{seen:?}");
+        let Happened::NoAnswer { command, .. } = seen[3] else { panic!("{seen:?}") };
         assert_eq!(command, CommandId::ExchangeData);
         assert!(
             matches!(
-                &seen[3..],
+                &seen[4..],
                 [
                     Happened::Cycle(_),
+                    Happened::Unanswered(_),
                     Happened::Command(CommandId::StopOnline),
                     Happened::NoAnswer { command: CommandId::ExchangeData, .. },
-                    Happened::Offline { by_program: true }
+                    Happened::Offline(Farewell::Answered)
                 ]
             ),
             "{seen:?}"

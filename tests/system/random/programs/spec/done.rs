@@ -1,7 +1,11 @@
 //! Nothing is reported as done that was not done.
 
-use ft_transfer_area::tx::Motor;
+use std::time::Instant;
+
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::tx::{Motor, SILENCE};
 use ft_transfer_area::wire::ExchangeData;
+use ft_transfer_area::Event;
 
 use super::outputs::last_before_stop;
 use super::Case;
@@ -22,6 +26,7 @@ pub(super) fn really(case: &Case<'_>) -> Vec<String> {
         }));
     }
     breaches.extend(again(case));
+    breaches.extend(reset_again(case));
     breaches.truncate(3);
     breaches
 }
@@ -82,20 +87,67 @@ fn reset(case: &Case<'_>, hold: &Hold, counter: usize) -> Option<String> {
 
 fn played(case: &Case<'_>, hold: &Hold) -> Option<String> {
     let (by, repeat) = last_order(case, hold, |other| other.orders.sound)?;
-    let is_done = commands(case, |outputs| outputs.sound_command_id)
-        .any(|exchanges| exchanges[0].master.sound_repeat == repeat && exchanges[0].at < hold.got);
+    let is_done = commands(case, |outputs| outputs.sound_command_id).any(|exchanges| {
+        let begun = &exchanges[0].master;
+        let is_it = begun.sound_index != SILENCE && begun.sound_repeat == repeat;
+        is_it && exchanges[0].at < hold.got
+    });
     (!is_done).then(|| {
         format!("the sound {repeat} ordered by {:?} at {} was not played", by.who, case.at(by.gone))
     })
 }
 
-/// A distance from before an end or a gap that is driven after it.
+/// A reset that an end or a gap has cut off is not reported as done on the next connection, where the controller gets
+/// its id again.
+fn reset_again(case: &Case<'_>) -> Vec<String> {
+    let mut breaches = Vec::new();
+    // In lock-step the time of an event is not that of a request.
+    if case.setup.lock_step {
+        return breaches;
+    }
+    let connections: Vec<_> = case.connections().collect();
+    for pair in connections.windows(2) {
+        let (last, again) = (&pair[0][pair[0].len() - 1], pair[1][0].at);
+        for (counter, id) in last.master.counter_reset_id.into_iter().enumerate() {
+            let done = done_at(case, counter, id);
+            // An id that was done before is done again by a controller that has forgotten it.
+            let Some(done) = done.filter(|done| *done > again) else { continue };
+            let orders = |hold: &Hold| hold.orders.resets[counter];
+            let new = |hold: &Hold| orders(hold) && hold.got > last.at && hold.got < done;
+            // With a new command, the report can't be taken for that of the old one.
+            if id > 0 && !case.trace.holds.iter().any(new) {
+                breaches.push(format!("reset {id} of C{} is done after a gap", counter + 1));
+            }
+        }
+    }
+    breaches
+}
+
+/// When a reset was first reported as done.
+fn done_at(case: &Case<'_>, looked_for: usize, id: u16) -> Option<Instant> {
+    case.trace.events.iter().find_map(|reported| match reported.event {
+        Event::CounterReset { area: LOCAL_IO, counter, command_id, .. }
+            if (counter.index(), command_id) == (looked_for, id) =>
+        {
+            Some(reported.arrived)
+        }
+        _ => None,
+    })
+}
+
+/// A distance or a sound from before an end or a gap that is driven or played after it.
 fn again(case: &Case<'_>) -> Vec<String> {
     let mut breaches = Vec::new();
     let connections: Vec<_> = case.connections().collect();
     for pair in connections.windows(2) {
         let Some(lost) = last_before_stop(pair[0]) else { continue };
         for exchange in pair[1] {
+            let ExchangeData { sound_index, sound_repeat, .. } = exchange.master;
+            let order =
+                case.trace.holds.iter().find(|hold| hold.orders.sound == Some(sound_repeat));
+            if order.is_some_and(|hold| hold.got < lost) && sound_index != SILENCE {
+                breaches.push(format!("the sound {sound_repeat} is played after a gap"));
+            }
             for motor in [Motor::M3, Motor::M4].map(Motor::index) {
                 let (pulses, duty) =
                     (exchange.master.distance[motor], exchange.master.duty[2 * motor]);

@@ -1,6 +1,7 @@
 //! What the documents promise, checked on what happened. It knows the calls, what they returned, and what the
 //! controller saw; nothing of the code of the library.
 
+mod answers;
 mod bounds;
 mod done;
 mod outputs;
@@ -25,16 +26,23 @@ pub(crate) struct Case<'a> {
 /// How soon a reason stops the motors on an idle machine, if the controller answers.
 const SOON: Duration = Duration::from_millis(700);
 
+/// How long a thread takes to note what it has done.
+const GRACE: Duration = Duration::from_millis(30);
+
 /// Everything that is wrong, in words.
 pub(crate) fn judge(case: &Case<'_>) -> Vec<String> {
-    let rules: [fn(&Case<'_>) -> Vec<String>; 9] = [
+    let rules: [fn(&Case<'_>) -> Vec<String>; 13] = [
         outputs::whole,
         outputs::in_order,
+        answers::in_the_next_request,
+        answers::in_lock_step,
+        answers::after_the_hook,
         outputs::not_before_interruptions,
         stops::panics_and_hooks,
         stops::ends,
         watchdog::keeps_its_limit,
         reported::once,
+        reported::by_waits,
         done::really,
         bounds::kept,
     ];

@@ -1,9 +1,11 @@
 //! What handles learn.
 
-use ft_transfer_area::{Error, Event};
+use std::time::Instant;
+
+use ft_transfer_area::{Error, Event, TimedEvent};
 
 use super::Case;
-use crate::programs::record::{Call, Who};
+use crate::programs::record::{Call, Hold, Who};
 
 /// Each handle learns of each gap and each expired watchdog once, and gets each response once.
 pub(super) fn once(case: &Case<'_>) -> Vec<String> {
@@ -48,6 +50,48 @@ fn count(
             ));
         }
     }
+    breaches
+}
+
+/// A gap or an expired watchdog ends all waits with an error.
+pub(super) fn by_waits(case: &Case<'_>) -> Vec<String> {
+    let mut breaches = Vec::new();
+    // In lock-step the time of an event is not that of a call.
+    if case.setup.lock_step {
+        return breaches;
+    }
+    let interrupts = |event: &Event| {
+        matches!(event, Event::ConnectionLost { .. } | Event::WatchdogExpired { .. })
+    };
+    // Another thread with the same handle may have been notified instead.
+    let waited =
+        |hold: &&Hold| matches!(hold.who, Who::Own(_)) && (hold.is_new || hold.awaited.is_some());
+    for hold in case.trace.holds.iter().filter(waited) {
+        let is_between = |reported: &TimedEvent, from: Instant| {
+            from < reported.arrived && reported.arrived < hold.arrived
+        };
+        // A wait that begins late may find a later transfer, where nothing of an earlier one is reported.
+        let ended = |from: Instant| {
+            let mut ends = case.trace.events.iter();
+            ends.any(|reported| {
+                matches!(reported.event, Event::TransferEnded { .. }) && is_between(reported, from)
+            })
+        };
+        let meanwhile =
+            |reported: &&TimedEvent| is_between(reported, hold.asked) && !ended(reported.arrived);
+        let mut events = case.trace.events.iter().filter(|reported| interrupts(&reported.event));
+        if let Some(event) = events.find(meanwhile) {
+            breaches.push(format!(
+                "a wait of {:?} from {} on returned Ok for a response at {}, after {:?} at {}",
+                hold.who,
+                case.at(hold.asked),
+                case.at(hold.arrived),
+                event.event,
+                case.at(event.arrived),
+            ));
+        }
+    }
+    breaches.truncate(3);
     breaches
 }
 

@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::{Error, Event};
+use ft_transfer_area::{Error, Event, TimedEvent};
 
-use super::{after, Case};
+use super::{after, Case, GRACE};
 use crate::programs::record::{Call, Hold, What, Who};
 
 /// It stops the motors when there was no sign of life for its limit, not before, and until the program knows.
@@ -30,11 +30,21 @@ pub(super) fn keeps_its_limit(case: &Case<'_>) -> Vec<String> {
 /// A sign of life within the limit before it expired.
 fn too_early(case: &Case<'_>, limit: Duration, expired: Instant) -> Option<String> {
     let since = expired - limit;
+    let hooks = case.trace.holds.iter().filter(|hold| hold.who == Who::Hook);
+    if hooks.into_iter().any(|hook| hook.got < expired && expired <= hook.left) {
+        // It has a limit of its own, whatever other threads do.
+        return None;
+    }
     let holds = case.trace.holds.iter().filter(|hold| !hold.panicked && hold.who != Who::Hook);
     let drops = holds.map(|hold| (hold.left, hold.gone));
     let feeds =
         case.trace.calls.iter().filter(|call| call.what == What::Feed && call.result.is_ok());
-    let mut signs = drops.chain(feeds.map(|call| (call.start, call.end)));
+    // In a gap the program can't show that it is alive.
+    let is_end_of_gap =
+        |reported: &&TimedEvent| matches!(reported.event, Event::ConnectionRestored { .. });
+    let gaps = case.trace.events.iter().filter(is_end_of_gap);
+    let gaps = gaps.map(|reported| (reported.arrived - GRACE, reported.arrived));
+    let mut signs = drops.chain(feeds.map(|call| (call.start, call.end))).chain(gaps);
     let (start, _) = signs.find(|(start, end)| *start > since && *end < expired)?;
     Some(format!(
         "the watchdog of {limit:?} expired at {}, though there was a sign of life at {}",
@@ -83,15 +93,13 @@ fn on_again(case: &Case<'_>, expired: Instant) -> Option<String> {
 fn in_time(case: &Case<'_>, limit: Duration) -> Option<String> {
     let mut signs = signs_of_life(case);
     signs.sort_unstable();
-    // How long a thread takes to note what it has done.
-    let grace = Duration::from_millis(30);
     for connection in case.connections() {
         let mut late = 0;
         for exchange in connection {
             let index = signs.partition_point(|sign| *sign <= exchange.at);
             let last = index.checked_sub(1).map_or(connection[0].at, |index| signs[index]);
             let last = last.max(connection[0].at);
-            let is_late = exchange.at > after(last, limit + grace) && !exchange.is_off();
+            let is_late = exchange.at > after(last, limit + GRACE) && !exchange.is_off();
             late = if is_late { late + 1 } else { 0 };
             // The request in which it expires, and one on its way.
             if late > 2 {
