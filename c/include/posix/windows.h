@@ -39,7 +39,6 @@ typedef unsigned char boolean;
 #ifndef __int64
 #define __int64 long long
 #endif
-typedef unsigned char boolean;
 
 /* In C++ they would hide those of the standard library. */
 #if !defined(NOMINMAX) && !defined(__cplusplus)
