@@ -48,7 +48,7 @@ impl Colour {
         }
     }
 
-    /// Its valve, how many pulses behind I3 that is, and the sensor of its storage.
+    /// Its valve, how many changes of C1 behind I3 that is, and the sensor of its storage.
     fn place(self) -> (Output, u16, Input) {
         match self {
             Self::White => (O5, 5, I6),
@@ -65,8 +65,8 @@ enum State {
     Waits,
     /// It passes the colour sensor.
     Measures { lowest: i16 },
-    /// It has passed I3, when the belt had made so many pulses.
-    Travels { colour: Colour, from: u16 },
+    /// It has passed I3. Since then the pulse switch has changed so often, last to this level.
+    Travels { colour: Colour, changes: u16, level: bool },
     /// Its valve is open since then.
     Leaves { colour: Colour, since: Instant },
     /// It falls into its storage.
@@ -76,19 +76,23 @@ enum State {
 impl State {
     /// One answer of the loop: what the sensors say, what the outputs do, and what comes next.
     fn answer(self, area: &mut FishX1Transfer, time: Instant) -> Result<Self, Error> {
-        let pulses = area.get_in_cnt_count(C1);
+        // The counter counts only when the level rises; that is too coarse here.
+        let now = area.get_in_cnt_state(C1);
         // There is no light while a disc is before the phototransistor.
         let has_disc = |input| area.get_in_io_value_binary(input).map(|light| !light);
         let next = match self {
             Self::Waits if has_disc(I1)? => Self::Measures { lowest: NOTHING },
             Self::Measures { lowest } if has_disc(I3)? => {
-                Self::Travels { colour: Colour::of(lowest), from: pulses }
+                Self::Travels { colour: Colour::of(lowest), changes: 0, level: now }
             }
             Self::Measures { lowest } => {
                 Self::Measures { lowest: lowest.min(area.get_in_io_value_analogue(I2)?) }
             }
-            Self::Travels { colour, from } if pulses.wrapping_sub(from) >= colour.place().1 => {
+            Self::Travels { colour, changes, .. } if changes >= colour.place().1 => {
                 Self::Leaves { colour, since: time }
+            }
+            Self::Travels { colour, changes, level } if level != now => {
+                Self::Travels { colour, changes: changes + 1, level: now }
             }
             Self::Leaves { colour, since } if time - since >= BLOW => Self::Falls { colour },
             Self::Falls { colour } if has_disc(colour.place().2)? => Self::Waits,

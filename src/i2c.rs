@@ -7,8 +7,8 @@ use crate::wire::{I2cRequestHeader, I2cResponseHeader};
 /// The highest address of a device: it has 7 bits.
 const ADDRESS_MAX: i64 = 0x7F;
 
-/// The most bytes to write. More than ftrobopy and old programs write at once; the firmware takes 1024.
-const WRITE_MAX: i64 = u8::MAX as i64;
+/// The most bytes to write: the firmware closes the connection at more.
+const WRITE_MAX: i64 = 1024;
 
 /// The most bytes to read: the firmware sends no more.
 const READ_MAX: i64 = 1024;
@@ -116,7 +116,7 @@ impl I2cClient {
     /// Writes a value into a device's register. Most devices write further values into the next
     /// registers. Blocks until the response.
     ///
-    /// `device` is the address of 7 bits, 0..=127; there are 1 to 254 values.
+    /// `device` is the address of 7 bits, 0..=127; there are 1 to 1023 values.
     ///
     /// # Errors
     ///
@@ -133,7 +133,7 @@ impl I2cClient {
     /// Writes bytes to a device, then reads. For devices without registers, or with register numbers
     /// longer than a byte. Blocks until the response.
     ///
-    /// `device` is the address of 7 bits, 0..=127. `write` has 0 to 255 bytes. With none the device reads
+    /// `device` is the address of 7 bits, 0..=127. `write` has 0 to 1024 bytes. With none the device reads
     /// on where it is, in most devices from the register after the last one; no other client is known that
     /// asks a controller for this. `read` has 0 to 1024 bytes, and at least 1 when nothing is written. It
     /// is filled, or after an error unchanged.

@@ -38,6 +38,8 @@ int main()
     area->ftX1config.uni[0].mode = MODE_R;
     area->ftX1config.uni[0].digital = true;
     area->ftX1state.config_id++;
+    // Until then the input has the voltage from before.
+    usleep(50000);
     SetTransferAreaCompleteCallback(answer);
 
     int presses = 0;

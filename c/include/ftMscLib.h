@@ -3,6 +3,9 @@
 #define FT_MSC_LIB_H
 
 #include "ft_windows_types.h"
+#ifndef _WIN32
+#include "posix/ft_windows_c.h"
+#endif
 
 #include "ROBO_TX_FW.h"
 

@@ -16,8 +16,17 @@ typedef unsigned int UINT32;
 #ifndef __stdcall
 #define __stdcall
 #endif
+#ifndef _stdcall
+#define _stdcall
+#endif
 #ifndef __cdecl
 #define __cdecl
+#endif
+#ifndef _cdecl
+#define _cdecl
+#endif
+#ifndef __fastcall
+#define __fastcall
 #endif
 #endif
 

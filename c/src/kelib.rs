@@ -1,8 +1,8 @@
 //! The functions of programs for the TXT itself: KeLibTxt, MotorIOLib and what `KeLibTxtDl.h` declares.
 #![allow(unreachable_pub, reason = "the linker exports it")]
 
+use std::fmt::Display;
 use std::ops::ControlFlow;
-use std::ptr;
 use std::slice;
 use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
@@ -16,23 +16,21 @@ use crate::ffi::guarded;
 use crate::host;
 use crate::i2c::DEVICE_MAX as I2C_DEVICE_MAX;
 use crate::inside;
-use crate::memory::AREAS;
-use crate::mirror::DEV_MODE_LOCAL;
+use crate::memory::{areas_of_program, AreaArray, AREAS};
+use crate::mirror::{Mirror, DEV_MODE_LOCAL};
 use crate::report::{self, Repeated};
 use crate::session::{ProgramSession, SessionSettings};
 
 const NONE: u32 = 0;
 const UNDEFINED: u32 = 0x0001;
-const LIB_NOT_INIT: u32 = 0x0100;
+/// What stopping returns, well or not.
+const STOPPED: u32 = 0x0001;
 const ZERO_POINTER: u32 = 0x1050;
 const I2C_OPEN: u32 = 0x1701;
-const I2C_ADDRESS: u32 = 0x1702;
 const I2C_READ: u32 = 0x1703;
 const I2C_WRITE: u32 = 0x1704;
-const I2C_WRITE_READ: u32 = 0x1705;
 const I2C_NO_WRITE_NO_READ: u32 = 0x170E;
 const I2C_COMMUNICATION: u32 = 0x170F;
-const TXT_BUSY: u32 = 0x1C03;
 const THREAD_NOT_STARTABLE: u32 = 0x1C04;
 
 /// The program's function, and how long taking it away waits for one that is running. It returns a C `bool`, which a
@@ -40,14 +38,20 @@ const THREAD_NOT_STARTABLE: u32 = 0x1C04;
 type Callback = extern "C" fn(*mut FishX1Transfer, i32) -> u8;
 const CALLBACK_LIMIT: Duration = Duration::from_millis(500);
 
-/// The areas stay from the first start to the end of the program, which keeps a pointer to them.
+/// That of the first start, which is begun again by the next one.
 static SESSION: Mutex<Option<Arc<ProgramSession<FishX1Transfer>>>> = Mutex::new(None);
 static CALLBACK: Mutex<Option<Callback>> = Mutex::new(None);
 /// Held while the callback runs. The callback itself may set another one.
 static CALLED: ReentrantMutex<()> = ReentrantMutex::new(());
-static I2C: Mutex<Option<I2cClient>> = Mutex::new(None);
+static I2C: Mutex<Option<I2c>> = Mutex::new(None);
 /// What was said of I2C.
 static TOLD: LazyLock<Mutex<Repeated>> = LazyLock::new(Mutex::default);
+
+struct I2c {
+    client: I2cClient,
+    /// An exchange for I2C alone.
+    alone: Option<Arc<ProgramSession<FishX1Transfer>>>,
+}
 
 /// Declares a function under its name in C, and under the one that g++ and clang make of it in C++.
 macro_rules! with_both_linkages {
@@ -90,65 +94,79 @@ fn start() -> u32 {
     guarded(UNDEFINED, || {
         let mut session = SESSION.lock();
         let result = match &*session {
-            Some(session) => session.start(),
+            Some(session) if session.is_running() => Ok(()),
+            Some(session) => begin_again(session),
             None => begin().map(|begun| *session = Some(begun)),
         };
         match result {
             Ok(()) => NONE,
             Err(error) => {
-                if !report::is_told_by_code(&error) {
-                    report::failure(&error);
-                }
-                match error {
-                    Error::AlreadyStarted => TXT_BUSY,
-                    _ => THREAD_NOT_STARTABLE,
-                }
+                report::failure(&error);
+                THREAD_NOT_STARTABLE
             }
         }
     })
 }
 
 fn begin() -> Result<Arc<ProgramSession<FishX1Transfer>>, Error> {
-    let settings = SessionSettings {
-        host: host::or_auto(),
-        dev_mode: DEV_MODE_LOCAL,
-        areas: AREAS,
-        mode: host::mode_for(TransferMode::Compressed),
-    };
-    let session = Arc::new(ProgramSession::new(&settings, None)?);
-    let areas = session.array().as_ptr() as usize;
-    session.set_cycle_call(Some(Box::new(move || call(areas as *mut FishX1Transfer))));
-    session.start()?;
+    let array = Arc::new(AreaArray::of_program());
+    let mirror = Mirror::on_txt(Arc::clone(&array));
+    let session = Arc::new(ProgramSession::over(mirror, array, &settings(), None)?);
+    session.set_cycle_call(Some(Box::new(call)));
+    begin_again(&session)?;
     exit::watch(&session);
     Ok(session)
 }
 
+fn settings() -> SessionSettings {
+    SessionSettings {
+        host: host::or_auto(),
+        dev_mode: DEV_MODE_LOCAL,
+        areas: AREAS,
+        mode: host::mode_for(TransferMode::Compressed),
+    }
+}
+
+/// Nothing of what was in the areas stays.
+fn begin_again(session: &ProgramSession<FishX1Transfer>) -> Result<(), Error> {
+    let mut i2c = I2C.lock();
+    // The controller serves one exchange at a time.
+    let for_i2c = i2c.take_if(|i2c| i2c.alone.is_some());
+    let goes_on = for_i2c.is_some();
+    drop(for_i2c);
+    session.clear();
+    session.start()?;
+    if goes_on {
+        *i2c = Some(I2c { client: session.handler().i2c()?, alone: None });
+    }
+    Ok(())
+}
+
 /// Calls the program's function, if there is one.
-fn call(areas: *mut FishX1Transfer) -> ControlFlow<()> {
+fn call() -> ControlFlow<()> {
     let _called = CALLED.lock();
     let callback = *CALLBACK.lock();
     match callback {
-        Some(callback) if inside::leave(|| callback(areas, AREAS as i32)) == 0 => {
+        Some(callback) if inside::leave(|| callback(areas_of_program(), AREAS as i32)) == 0 => {
+            *CALLBACK.lock() = None;
             ControlFlow::Break(())
         }
         _ => ControlFlow::Continue(()),
     }
 }
 
+/// Takes the callback away, too, and ends I2C.
 fn stop() -> u32 {
-    guarded(UNDEFINED, || {
+    guarded(STOPPED, || {
         // Not locked while it ends: a callback may wait for the lock.
         let session = SESSION.lock().clone();
-        let stopped = session.map(|session| session.stop());
-        *I2C.lock() = None;
-        match stopped {
-            None => LIB_NOT_INIT,
-            Some(Ok(()) | Err(Error::NotStarted)) => NONE,
-            Some(Err(error)) => {
-                report::failure(error);
-                UNDEFINED
-            }
+        match session.map(|session| session.stop()) {
+            None | Some(Ok(()) | Err(Error::NotStarted)) => {}
+            Some(Err(error)) => report::failure(error),
         }
+        *I2C.lock() = None;
+        set_callback(None);
+        STOPPED
     })
 }
 
@@ -164,38 +182,45 @@ fn set_callback(callback: Option<Callback>) {
     });
 }
 
-/// The nine areas; null before the start. They stay where they are until the program ends.
+/// The nine areas, which are where they are from the beginning of the program to its end.
 #[no_mangle]
 pub extern "C" fn GetKeLibTransferAreaMainAddress() -> *mut FishX1Transfer {
-    guarded(ptr::null_mut(), || {
-        SESSION.lock().as_ref().map_or(ptr::null_mut(), |session| session.array().as_ptr())
-    })
+    areas_of_program()
 }
 
-/// Makes I2C requests possible, which on a TXT needs an exchange: begins it if the program has not.
+/// Makes I2C requests possible, until the exchange ends. A TXT in online mode has no I2C without an exchange, so one
+/// begins if there is none, with areas that the program does not see.
 #[no_mangle]
 pub extern "C" fn InitI2C() -> u32 {
-    guarded(UNDEFINED, || match connect_i2c() {
-        Ok(client) => {
-            *I2C.lock() = Some(client);
-            NONE
+    guarded(UNDEFINED, || {
+        // Not locked during another request: ending the exchange needs it.
+        let session = SESSION.lock().clone();
+        let mut i2c = I2C.lock();
+        let serving = i2c.as_ref().and_then(|i2c| i2c.alone.as_ref().or(session.as_ref()));
+        if serving.is_some_and(|serving| serving.is_running()) {
+            return NONE;
         }
-        Err(error) => {
-            tell(&error);
-            I2C_OPEN
+        match connect_i2c(session.as_deref()) {
+            Ok(connected) => {
+                *i2c = Some(connected);
+                NONE
+            }
+            Err(error) => {
+                tell(format_args!("{error:#}"));
+                I2C_OPEN
+            }
         }
     })
 }
 
-fn connect_i2c() -> Result<I2cClient, Error> {
-    let session = {
-        let mut session = SESSION.lock();
-        match &*session {
-            Some(session) => Arc::clone(session),
-            None => Arc::clone(session.insert(begin()?)),
-        }
-    };
-    session.handler().i2c()
+fn connect_i2c(session: Option<&ProgramSession<FishX1Transfer>>) -> Result<I2c, Error> {
+    if let Some(session) = session.filter(|session| session.is_running()) {
+        return Ok(I2c { client: session.handler().i2c()?, alone: None });
+    }
+    let alone = Arc::new(ProgramSession::new(&settings(), None)?);
+    alone.start()?;
+    exit::watch(&alone);
+    Ok(I2c { client: alone.handler().i2c()?, alone: Some(alone) })
 }
 
 /// Writes to an I2C device, then reads from it. The clock is the TXT's.
@@ -237,47 +262,28 @@ pub unsafe extern "C" fn KeLibI2cTransfer(
     })
 }
 
-/// Makes the connection if the program did not, or it was lost.
 fn transfer(device: u8, write: &[u8], read: &mut [u8]) -> Result<(), u32> {
-    let mut client = I2C.lock();
-    if client.is_none() {
-        let connected = connect_i2c().map_err(|error| {
-            tell(&error);
-            I2C_OPEN
-        })?;
-        *client = Some(connected);
+    let other = if read.is_empty() { I2C_WRITE } else { I2C_READ };
+    let mut i2c = I2C.lock();
+    let Some(I2c { client, .. }) = &mut *i2c else {
+        tell("I2C needs InitI2C first, also after StopTxtDownloadProg");
+        return Err(other);
+    };
+    match client.write_read(device, write, read) {
+        Ok(()) => Ok(()),
+        // Programs look for devices in this way.
+        Err(Error::I2cNoDevice { .. }) => Err(I2C_COMMUNICATION),
+        Err(_) if device > I2C_DEVICE_MAX => Err(I2C_COMMUNICATION),
+        Err(error) => {
+            tell(format_args!("{error:#}"));
+            Err(other)
+        }
     }
-    let Some(client) = &mut *client else { return Err(I2C_OPEN) };
-    client.write_read(device, write, read).map_err(|error| code_of(&error, device, write, read))
 }
 
 /// Says what went wrong. A program may read a device in a loop.
-fn tell(error: &Error) {
-    if let Some(line) = TOLD.lock().line(&format!("{error:#}"), Instant::now()) {
+fn tell(what: impl Display) {
+    if let Some(line) = TOLD.lock().line(&what.to_string(), Instant::now()) {
         report::failure(line);
-    }
-}
-
-fn code_of(error: &Error, device: u8, write: &[u8], read: &[u8]) -> u32 {
-    let what_was_done = match (write, read) {
-        (_, []) => I2C_WRITE,
-        ([], _) => I2C_READ,
-        _ => I2C_WRITE_READ,
-    };
-    match error {
-        // Programs look for devices in this way.
-        Error::I2cNoDevice { .. } => what_was_done,
-        Error::OutOfRange { .. } => {
-            tell(error);
-            if device > I2C_DEVICE_MAX {
-                I2C_ADDRESS
-            } else {
-                what_was_done
-            }
-        }
-        _ => {
-            tell(error);
-            I2C_COMMUNICATION
-        }
     }
 }

@@ -26,3 +26,6 @@ mod process;
 mod report;
 mod results;
 mod session;
+mod supply;
+
+pub use msclib::report_version_of_ex;

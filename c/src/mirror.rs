@@ -1,17 +1,21 @@
 //! Between a program's areas and the handler's: outputs of the program to the controller, inputs of the
 //! controller to the program.
 
+mod commands;
+
 use std::hint;
 use std::sync::Arc;
 use std::time::Instant;
 
 use ft_transfer_area::transfer_area::{
-    Change, Config, FishX1Transfer, InputValues, OutputValues, PerCounter, PerInput, PerMotor,
-    Timer,
+    Change, Config, CounterMode, FishX1Transfer, InputMode, InputValues, OutputValues, PerCounter,
+    PerInput, PerMotor, Timer, UniConfig,
 };
 use ft_transfer_area::FirmwareVersion;
 
 use crate::memory::{Area, AreaArray, AREAS};
+use crate::supply::Supply;
+use commands::{ContinuedId, MotorCommand};
 
 /// The program runs on the controller, as far as it knows.
 pub(crate) const DEV_MODE_LOCAL: u8 = 0;
@@ -26,10 +30,12 @@ const TA_VERSION: u32 = 0x0801_0101;
 pub(crate) enum AreaEvent {
     /// A counter has been reset.
     CounterReset { area: usize, counter: usize },
-    /// A motor has done its distance.
+    /// A motor has done its command: its distance.
     MotorReached { area: usize, motor: usize },
     /// An extension has come or gone.
     Extension { area: usize, online: bool },
+    /// Inputs have other values than the program's area had.
+    Inputs { area: usize, change: Change },
 }
 
 /// Keeps a program's areas in step with a handler's.
@@ -41,81 +47,45 @@ pub(crate) struct Mirror<A: Area> {
     /// One of `DEV_MODE_…`.
     dev_mode: u8,
     known: [Known; AREAS],
+    /// For a program on a TXT itself, as far as it knows. Its areas have only values of the inputs and timers:
+    /// neither names nor marks of what has changed.
+    supply: Option<Supply>,
     begun: Instant,
 }
 
 /// What is known of one area.
 #[derive(Clone, Copy, Default)]
 struct Known {
-    input: InputValues,
     /// The program's id when the configuration was sent last.
     config_id: Option<u8>,
     counters: [ContinuedId; 4],
-    motors: [ContinuedId; 4],
+    motors: [MotorCommand; 4],
     sound: ContinuedId,
     online: bool,
-}
-
-/// The command id of one counter, motor or sound.
-///
-/// A program begins to count where it likes, and a controller remembers the last id of the program before.
-/// So ids on the wire continue from the controller's, and the program sees them as continued from its own.
-#[derive(Clone, Copy, Default)]
-struct ContinuedId {
-    /// The program's id when the transfer began, and the controller's id then.
-    first: u16,
-    base: u16,
-    /// The program's id that went out last.
-    sent: u16,
-    /// Not done yet.
-    pending: bool,
-}
-
-impl ContinuedId {
-    /// A transfer begins with the controller at `echo`. A command that the program gave before is still to
-    /// be sent.
-    fn begin(&mut self, echo: u16) {
-        *self = Self { first: self.sent, base: echo, sent: self.sent, pending: false };
-    }
-
-    /// Whether this id of the program's is that of a new command.
-    fn is_new(&self, id: u16) -> bool {
-        id != self.sent
-    }
-
-    /// The id to send for the program's; none has been given yet when it is none.
-    fn send(&mut self, id: u16) -> Option<u16> {
-        if self.is_new(id) {
-            (self.sent, self.pending) = (id, true);
-        }
-        (id != self.first || self.pending).then(|| self.wire(id))
-    }
-
-    fn wire(&self, id: u16) -> u16 {
-        id.wrapping_sub(self.first).wrapping_add(self.base)
-    }
-
-    /// The program's view of an id that is reported as done, and whether it is the one that it is waiting for: not
-    /// when it has given a newer one since.
-    fn receive(&mut self, echo: u16, newest: u16) -> (u16, bool) {
-        let id = echo.wrapping_sub(self.base).wrapping_add(self.first);
-        let done = self.pending && id == self.sent;
-        self.pending &= !done;
-        (id, done && id == newest)
-    }
 }
 
 impl<A: Area> Mirror<A> {
     /// For a program that runs where `dev_mode` says, one of `DEV_MODE_…`.
     pub(crate) fn new(array: Arc<AreaArray<A>>, dev_mode: u8) -> Self {
-        Self { array, dev_mode, known: [Known::default(); AREAS], begun: Instant::now() }
+        let known = [Known::default(); AREAS];
+        Self { array, dev_mode, known, supply: None, begun: Instant::now() }
+    }
+
+    /// For a program that runs on a TXT itself, as far as it knows.
+    pub(crate) fn on_txt(array: Arc<AreaArray<A>>) -> Self {
+        let supply = Some(Supply::of_environment());
+        Self { supply, ..Self::new(array, DEV_MODE_LOCAL) }
     }
 
     /// For the same areas and a handler that has not sent their configuration.
     pub(crate) fn for_other_handler(&self) -> Self {
         let known = self.known.map(|known| Known { config_id: None, ..known });
-        let Self { dev_mode, begun, .. } = *self;
-        Self { array: Arc::clone(&self.array), dev_mode, known, begun }
+        Self { array: Arc::clone(&self.array), known, ..*self }
+    }
+
+    /// The areas were made 0.
+    pub(crate) fn forget(&mut self) {
+        (self.known, self.begun) = ([Known::default(); AREAS], Instant::now());
     }
 
     /// Takes the configurations into the areas that go out, also those whose id is not new.
@@ -124,7 +94,7 @@ impl<A: Area> Mirror<A> {
             let places = self.array.places(index);
             // The id first: the program raises it when the configuration is written.
             self.known[index].config_id = Some(self.array.load(places.config_id));
-            area.config = sent::<A>(self.array.load(places.config));
+            area.config = sent::<A>(self.array.load(places.config), self.supply.is_some());
             area.raise_config_id();
         }
     }
@@ -132,10 +102,13 @@ impl<A: Area> Mirror<A> {
     /// Writes what stays as it is while a controller is online: its name, its firmware, and where the program
     /// runs.
     pub(crate) fn introduce(&self, name: &str, firmware: FirmwareVersion) {
+        if self.supply.is_some() {
+            return;
+        }
         for index in 0..AREAS {
             let places = self.array.places(index);
             let mut info = self.array.load(places.info);
-            info.version.firmware = firmware.code() >> 8; // 00 04 06 06 for 4.6.6
+            info.version.firmware = ta_firmware(firmware);
             info.version.shm_if = TA_VERSION;
             if index == 0 {
                 info.hostname.fill(0);
@@ -155,10 +128,24 @@ impl<A: Area> Mirror<A> {
     /// A transfer has begun, and these are the areas with the first response.
     pub(crate) fn begin(&mut self, areas: &[FishX1Transfer]) {
         for (known, area) in self.known.iter_mut().zip(areas) {
-            let input = &area.input;
-            known.counters.iter_mut().zip(input.cnt_reset_cmd_id).for_each(|(it, id)| it.begin(id));
-            known.motors.iter_mut().zip(input.motor_ex_cmd_id).for_each(|(it, id)| it.begin(id));
-            known.sound.begin(area.txt_inputs.sound_cmd_id);
+            let FishX1Transfer { input, output, txt_inputs, txt_outputs, .. } = area;
+            for i in 0..4 {
+                let (given, echo) = (output.cnt_reset_cmd_id[i], input.cnt_reset_cmd_id[i]);
+                known.counters[i].begin(given, echo);
+                let (given, echo) = (output.motor_ex_cmd_id[i], input.motor_ex_cmd_id[i]);
+                known.motors[i].begin(given, echo);
+            }
+            known.sound.begin(txt_outputs.sound_cmd_id, txt_inputs.sound_cmd_id);
+        }
+    }
+
+    /// All outputs were off for a while. These are the areas as they are now.
+    pub(crate) fn go_on(&mut self, areas: &[FishX1Transfer]) {
+        for (known, FishX1Transfer { input, output, .. }) in self.known.iter_mut().zip(areas) {
+            for (i, motor) in known.motors.iter_mut().enumerate() {
+                let (stop, echo) = (output.motor_ex_cmd_id[i], input.motor_ex_cmd_id[i]);
+                motor.go_on(stop, echo, input.counter[i]);
+            }
         }
     }
 
@@ -216,26 +203,32 @@ impl<A: Area> Mirror<A> {
             (input.cnt_reset_cmd_id[i], done.0[i]) =
                 known.counters[i].receive(input.cnt_reset_cmd_id[i], newest.cnt_reset_cmd_id[i]);
             (input.motor_ex_cmd_id[i], done.1[i]) =
-                known.motors[i].receive(input.motor_ex_cmd_id[i], newest.motor_ex_cmd_id[i]);
+                known.motors[i].id.receive(input.motor_ex_cmd_id[i], newest.motor_ex_cmd_id[i]);
+            done.1[i] &= !A::REACHED_IS_A_DISTANCE || known.motors[i].has_distance();
         }
         let mut txt_inputs = area.txt_inputs;
         let id = txt_inputs.sound_cmd_id;
         txt_inputs.sound_cmd_id = known.sound.receive(id, id).0;
 
         let fields = InputFields::of(places.input);
+        let change = change(&array.load(places.input), &input);
         fields.store_values(array, &input);
+        match self.supply {
+            // An extension has none of its own.
+            Some(supply) if index == 0 => supply.fill(&mut txt_inputs),
+            Some(_) => {}
+            None => array.store(places.change, change),
+        }
         array.store(places.txt_inputs, txt_inputs);
         array.store(places.txt_inputs2, area.txt_inputs2);
-        array.store(places.change, change(&known.input, &input));
-        known.input = input;
 
         // A program that sees a flag also sees the values, and one that sees an id also sees the flag: otherwise it
         // could set a flag back before it is set.
         for i in (0..4).filter(|i| done.0[*i]) {
-            fields.flag(array, fields.cnt_resetted, i, true);
+            fields.set_flag(array, fields.cnt_resetted, i);
         }
         for i in (0..4).filter(|i| done.1[*i]) {
-            fields.flag(array, fields.motor_ex_reached, i, true);
+            fields.set_flag(array, fields.motor_ex_reached, i);
         }
         fields.store_ids(array, &input);
         for i in 0..4 {
@@ -245,6 +238,9 @@ impl<A: Area> Mirror<A> {
             if done.1[i] {
                 reported(AreaEvent::MotorReached { area: index, motor: i });
             }
+        }
+        if change.change_status != 0 {
+            reported(AreaEvent::Inputs { area: index, change });
         }
     }
 
@@ -270,27 +266,24 @@ impl<A: Area> Mirror<A> {
             let config_id = array.load(places.config_id);
             if known.config_id != Some(config_id) {
                 known.config_id = Some(config_id);
-                area.config = sent::<A>(array.load(places.config));
+                area.config = sent::<A>(array.load(places.config), self.supply.is_some());
                 area.raise_config_id();
             }
             let output = read(array, places.output);
             area.output.duty = output.duty;
             area.output.master = output.master;
-            area.output.distance = output.distance;
-            let fields = InputFields::of(places.input);
             for i in 0..4 {
                 let (counter, motor) = (&mut known.counters[i], &mut known.motors[i]);
-                let (counter_id, motor_id) =
-                    (output.cnt_reset_cmd_id[i], output.motor_ex_cmd_id[i]);
-                if !A::FLAGS_STAY && counter.is_new(counter_id) {
-                    fields.flag(array, fields.cnt_resetted, i, false);
-                }
-                if !A::FLAGS_STAY && motor.is_new(motor_id) {
-                    fields.flag(array, fields.motor_ex_reached, i, false);
-                }
                 let to = &mut area.output;
-                to.cnt_reset_cmd_id[i] = counter.send(counter_id).unwrap_or(to.cnt_reset_cmd_id[i]);
-                to.motor_ex_cmd_id[i] = motor.send(motor_id).unwrap_or(to.motor_ex_cmd_id[i]);
+                let id = counter.send(output.cnt_reset_cmd_id[i]);
+                to.cnt_reset_cmd_id[i] = id.unwrap_or(to.cnt_reset_cmd_id[i]);
+                let (master, distance) = (output.master[i], output.distance[i]);
+                let (id, distance) = motor.send(output.motor_ex_cmd_id[i], master, distance);
+                to.motor_ex_cmd_id[i] = id.unwrap_or(to.motor_ex_cmd_id[i]);
+                to.distance[i] = distance;
+                if motor.is_still() {
+                    to.duty[2 * i..][..2].fill(0);
+                }
             }
             let mut txt_outputs = array.load(places.txt_outputs);
             let sound = known.sound.send(txt_outputs.sound_cmd_id);
@@ -301,6 +294,9 @@ impl<A: Area> Mirror<A> {
 
     /// Says in each area how the transfer stands: `TA_STATUS_STOP`, `TA_STATUS_RUN` or `TA_STATUS_SYNC`.
     pub(crate) fn set_status(&self, status: u8) {
+        if self.supply.is_some() {
+            return;
+        }
         for index in 0..AREAS {
             // SAFETY: computes an address within the area only.
             let at = unsafe { &raw mut (*self.array.places(index).status).status };
@@ -352,23 +348,54 @@ impl InputFields {
         array.store(self.motor_ex_cmd_id, input.motor_ex_cmd_id);
     }
 
-    /// Sets one of four flags to 1 or 0.
-    fn flag<A: Area>(&self, array: &AreaArray<A>, flags: *mut u16, index: usize, is: bool) {
-        array.store(flags.wrapping_add(index), u16::from(is));
+    /// Sets one of four flags. Only the program sets it back.
+    fn set_flag<A: Area>(&self, array: &AreaArray<A>, flags: *mut u16, index: usize) {
+        array.store(flags.wrapping_add(index), 1);
     }
 }
 
-/// A program's configuration as a TXT understands it.
-fn sent<A: Area>(mut config: Config) -> Config {
+/// A program's configuration as a TXT in online mode understands it.
+fn sent<A: Area>(mut config: Config, is_on_txt: bool) -> Config {
     if A::COUNTERS_NORMAL_AT_0 {
         for counter in &mut config.cnt {
             counter.mode = u8::from(counter.mode == 0);
         }
     }
+    if is_on_txt {
+        config.uni.iter_mut().enumerate().for_each(|(index, input)| *input = on_txt(index, *input));
+        // There is no other.
+        config.cnt.iter_mut().for_each(|counter| counter.mode = CounterMode::Normal as u8);
+    }
     config
 }
 
-/// What differs between two responses.
+/// The number of `ROBOLIB.DLL`, which the TX's newest firmware, 1.30, has and a TXT has not. Programs compare it before
+/// the firmware's own number.
+pub(crate) const ROBOLIB_DLL: u8 = 6;
+
+/// `FT_VERSION.firmware`: part.a to part.d are 0, the DLL's number and the firmware's, 00 06 04 06 for 4.6.6.
+fn ta_firmware(firmware: FirmwareVersion) -> u32 {
+    let [major, minor, ..] = firmware.code().to_be_bytes();
+    u32::from_ne_bytes([0, ROBOLIB_DLL, major, minor])
+}
+
+/// The configuration of an input as the library on a TXT itself understands it: it does not know all modes, and a
+/// distance is never digital.
+fn on_txt(index: usize, input: UniConfig) -> UniConfig {
+    match input.input_mode() {
+        Some(InputMode::Voltage | InputMode::Resistance) => input,
+        Some(InputMode::Ultrasonic) => UniConfig::analog(InputMode::Ultrasonic),
+        _ => {
+            let (number, mode) = (index + 1, input.mode);
+            log::warn!(
+                "I{number} measures a voltage, because a program on a TXT can't use the mode {mode}"
+            );
+            UniConfig::analog(InputMode::Voltage)
+        }
+    }
+}
+
+/// What differs between the program's inputs and those of a response.
 fn change(before: &InputValues, now: &InputValues) -> Change {
     let bits = |differ: &mut dyn Iterator<Item = bool>| {
         differ.enumerate().fold(0, |bits, (index, differs)| bits | u8::from(differs) << index)

@@ -15,7 +15,7 @@ use parking_lot::Mutex;
 use crate::exit;
 use crate::inside::Programs;
 use crate::memory::{Area, AreaArray, AREAS};
-use crate::mirror::{AreaEvent, Mirror};
+use crate::mirror::{AreaEvent, Mirror, DEV_MODE_LOCAL};
 use crate::online::Online;
 use crate::process;
 use crate::report;
@@ -34,6 +34,8 @@ pub(crate) const STATUS_STOP: u8 = 0;
 pub(crate) const STATUS_RUN: u8 = 1;
 /// `TA_STATUS_SYNC`.
 pub(crate) const STATUS_SYNC: u8 = 2;
+/// The outputs are off, and the transfer is about to end. Programs see `TA_STATUS_STOP`.
+const STATUS_ENDING: u8 = 3;
 
 /// What a program has done in the library's thread after each response. It may read and write its areas, and
 /// what it writes goes out in the same cycle. `Break` stops the transfer.
@@ -62,6 +64,7 @@ pub(crate) struct ProgramSession<A: Area> {
 struct SessionParts<A: Area> {
     handler: TransferAreaComHandler,
     host: String,
+    time_to_answer: Duration,
     /// While motors may be on.
     online: Mutex<Option<Online>>,
     array: Arc<AreaArray<A>>,
@@ -107,8 +110,12 @@ impl<A: Area> ProgramSession<A> {
             .mode(settings.mode)
             .watchdog(CALLBACK_LIMIT)
             .build()?;
+        let is_on_txt = settings.dev_mode == DEV_MODE_LOCAL;
         let shared = SessionParts {
             handler,
+            // A TXT itself takes the outputs right after the callback. So the answer to a command comes after a whole
+            // cycle, and programs that wait for 10 ms between two commands rely on it.
+            time_to_answer: if is_on_txt { Duration::ZERO } else { TIME_TO_ANSWER },
             host: settings.host.clone(),
             online: Mutex::new(None),
             mirror: Mutex::new(mirror),
@@ -153,6 +160,16 @@ impl<A: Area> ProgramSession<A> {
     pub(crate) fn write_whole<R>(&self, write: impl FnOnce(&AreaArray<A>) -> R) -> R {
         let _outputs = self.shared.outputs.lock();
         write(&self.shared.array)
+    }
+
+    /// Makes all areas 0, as if no transfer had been before. Not while one runs.
+    pub(crate) fn clear(&self) {
+        if let Some(ended) = self.thread.lock().take() {
+            join(ended);
+        }
+        let _outputs = self.shared.outputs.lock();
+        self.shared.array.clear();
+        self.shared.mirror.lock().forget();
     }
 
     /// Connects, and begins to exchange. Returns after the first response.
@@ -219,9 +236,9 @@ impl<A: Area> ProgramSession<A> {
         self.status() == STATUS_RUN
     }
 
-    /// How the transfer stands: one of `STATUS_…`.
+    /// How the transfer stands: one of `STATUS_…` that programs see.
     pub(crate) fn status(&self) -> u8 {
-        self.shared.status.load(Ordering::Acquire)
+        seen(self.shared.status.load(Ordering::Acquire))
     }
 
     /// Ends the exchange with all outputs off. From a cycle call it returns at once, and the exchange ends
@@ -238,6 +255,15 @@ impl<A: Area> ProgramSession<A> {
             join(thread);
         }
         result
+    }
+}
+
+/// What a program sees of how a transfer stands.
+fn seen(status: u8) -> u8 {
+    if status == STATUS_ENDING {
+        STATUS_STOP
+    } else {
+        status
     }
 }
 
@@ -261,7 +287,7 @@ fn join(thread: JoinHandle<()>) {
 
 impl<A: Area> exit::Transfer for ProgramSession<A> {
     fn end(&self) {
-        if self.is_running() {
+        if matches!(self.shared.status.load(Ordering::Acquire), STATUS_RUN | STATUS_ENDING) {
             // There is nobody left to read it.
             let _ = self.stop();
         }
@@ -283,26 +309,10 @@ impl<A: Area> Drop for ProgramSession<A> {
 impl<A: Area> SessionParts<A> {
     fn run(&self) {
         let area = self.handler.areas().clone();
-        let ended = loop {
-            match self.cycle(&area) {
-                Ok(ControlFlow::Continue(())) => {}
-                Ok(ControlFlow::Break(())) => break self.end_transfer().err(),
-                Err(error) => {
-                    // It goes on after a callback that took too long. The first error says more.
-                    let _ = self.end_transfer();
-                    break Some(error);
-                }
-            }
-        };
-        match ended {
-            Some(Error::WatchdogExpired { limit }) => {
-                report::failure(format_args!(
-                    "a callback took longer than {limit:?}, so the exchange has ended"
-                ));
-            }
-            // The handler has logged what else can end it.
-            _ => log::debug!("the transfer area has ended"),
-        }
+        while let Ok(ControlFlow::Continue(())) = self.cycle(&area) {}
+        // The handler has logged an error; the first one says more than one of ending.
+        let _ = self.end_transfer();
+        log::debug!("the transfer area has ended");
         self.stop_outputs();
         self.set_status(STATUS_STOP);
     }
@@ -320,7 +330,7 @@ impl<A: Area> SessionParts<A> {
     }
 
     fn set_status(&self, status: u8) {
-        self.mirror.lock().set_status(status);
+        self.mirror.lock().set_status(seen(status));
         self.status.store(status, Ordering::Release);
     }
 
@@ -338,25 +348,34 @@ impl<A: Area> SessionParts<A> {
         self.took_long.store(begun.elapsed() >= CALLBACK_LIMIT, Ordering::Relaxed);
         if flow.is_continue() {
             // The program also answers from threads of its own.
-            thread::sleep((since + TIME_TO_ANSWER).saturating_duration_since(Instant::now()));
+            thread::sleep((since + self.time_to_answer).saturating_duration_since(Instant::now()));
+        } else {
+            // At once, also for the program: ending may take a second.
+            self.set_status(STATUS_ENDING);
+            self.stop_outputs();
         }
         self.put_out(&mut areas);
         Ok(flow)
     }
 
-    /// Waits for a response. If no call of the program kept this thread from going on, its computer was too busy:
-    /// then the program knows nothing of the outputs that were off, and wants them on again.
+    /// Waits for a response. After a callback that took long, or when the computer was too busy, the program knows
+    /// nothing of the outputs that were off, and wants them on again.
     fn wait_cycle<'a>(&self, area: &'a TransferAreas) -> Result<TransferAreaGuard<'a>, Error> {
-        match area.wait_cycle() {
-            Err(Error::WatchdogExpired { limit }) if !self.took_long.load(Ordering::Relaxed) => {
-                log::warn!(
-                    "this computer was too busy to exchange with the controller for {limit:?}; all \
-                     outputs were off meanwhile, and are on again as the program set them"
-                );
-                area.wait_cycle()
-            }
-            result => result,
-        }
+        let limit = match area.wait_cycle() {
+            Err(Error::WatchdogExpired { limit }) => limit,
+            result => return result,
+        };
+        let areas = area.wait_cycle()?;
+        let cause = if self.took_long.load(Ordering::Relaxed) {
+            "a callback of the program took longer"
+        } else {
+            "this computer was too busy to exchange with the controller for longer"
+        };
+        log::warn!(
+            "{cause} than {limit:?}; all outputs were off meanwhile, and are on again as the program set them"
+        );
+        self.mirror.lock().go_on(&areas);
+        Ok(areas)
     }
 
     fn take_in(&self, areas: &[FishX1Transfer]) {

@@ -93,6 +93,38 @@ fn public_calls(code: &str, class: &str) -> BTreeSet<String> {
     parts.flat_map(functions).collect()
 }
 
+/// The headers with what programs use of Windows.
+const OF_WINDOWS: [&str; 7] = [
+    "ft_windows_c.h",
+    "ft_scanf_s.h",
+    "windows.h",
+    "wincon.h",
+    "winuser.h",
+    "mmsystem.h",
+    "process.h",
+];
+
+#[test]
+fn every_function_of_windows_is_in_its_table() {
+    let document = read("docs/c_programs.md");
+    let (_, rest) = document.split_once("\n## What there is of Windows\n").expect("the heading");
+    let (table, _) = rest.split_once("\n## ").expect("the next heading");
+    let has = |name: &str| table.contains(&format!("`{name}`"));
+    let mut count = 0;
+    for header in OF_WINDOWS {
+        let names = functions(&code(&format!("c/include/posix/{header}")));
+        // Neither those of our own nor those that hide from macros of the C library.
+        let is_public = |name: &String| !name.to_lowercase().starts_with("ft_") && name.len() > 3;
+        for name in names.into_iter().filter(is_public) {
+            // Functions for two kinds of texts have one name.
+            let short = name.strip_suffix(['A', 'W']);
+            assert!(has(&name) || short.is_some_and(has), "{name} of {header}");
+            count += 1;
+        }
+    }
+    assert!(count > 100, "{count}");
+}
+
 fn set(names: Vec<String>) -> BTreeSet<String> {
     let count = names.len();
     let names: BTreeSet<String> = names.into_iter().collect();
@@ -119,6 +151,13 @@ fn every_function_of_the_pc_library_is_in_the_table_in_order() {
     let functions = functions(&code("c/include/ftMscLib.h"));
     assert_eq!(functions.len(), 82);
     assert_eq!(table("## Every function of ftMscLib"), functions);
+}
+
+#[test]
+fn every_function_of_the_variant_is_in_the_table_in_order() {
+    let functions = functions(&code("c/include/ftMscLibEx.h"));
+    assert_eq!(functions.len(), 28);
+    assert_eq!(table("### Every function of ftMscLibEx"), functions);
 }
 
 #[test]

@@ -244,6 +244,7 @@ fn motor(input: &mut Unstructured) -> Result<MotorModel> {
     motor.load = number(input)?;
     motor.pulses_per_turn = option(input, number)?;
     motor.slide = option(input, slide)?;
+    motor.run_out = option(input, number)?;
     Ok(motor)
 }
 

@@ -40,17 +40,17 @@
 //!   [lock-step](SimulatedTxtBuilder::lock_step), time moves by one step per exchange.
 //! * Outputs count from when they arrive. A response has the inputs of the time at which it is sent.
 //! * A motor at duty 512 gives 200 pulses per second, in either direction, on the counter with
-//!   its number.
+//!   its number. A counter counts when its level rises from 0 to 1.
 //! * A motor command with a distance resets the counter, stops the motor after that many pulses and
 //!   is reported as done in the response of that exchange. Without distance and master it is done
 //!   immediately. A motor that is synchronised without a distance, or with an injected error, goes
 //!   on until its next command, so its own command is never done.
-//! * A synchronised motor that is switched on turns at the speed of the motor it follows, in its
-//!   own direction. An injected error makes it turn at twice that speed, or stand still, until it
-//!   is that many pulses ahead or behind.
-//! * A counter reset is reported as done in the response after the one to its command.
-//! * A sound takes a second per repeat (assumed), with repeat 0, too. One that begins while another plays is done
-//!   immediately, and so is index 0 then. Index 0 while nothing plays, and an index above 29, are never done.
+//! * Of two synchronised motors the one that is ahead is slowed down. A positive injected error slows the follower down
+//!   until it is so many pulses behind, a negative one slows the leader down; with more than 16 pulses left it stands.
+//! * A counter reset is reported as done in the response after the one to its command. During a distance it moves the end
+//!   on: the motor stops when its counter has come to the distance.
+//! * A sound takes the time of the controller's file per repeat, with repeat 0, too. One that begins while another plays
+//!   is done immediately, and so is index 0 then. Index 0 while nothing plays, and an index above 29, are never done.
 //! * StopOnline and a lost client leave all outputs as they are. StartOnline sets them to 0, stops motors and forgets all
 //!   commands; a sound plays on. The counters stay. A [watchdog](SimulatedTxtBuilder::board_watchdog) is not there by default.
 //! * 8 bits of a duty, 4 bits of a master, three bits of the number of a motor's commands and the low byte of a

@@ -94,7 +94,7 @@ impl Comparison<'_> {
             configs.get(area)?.map(|update| update.config.uni[input.index()])
         };
         let now = config(self.configs);
-        now.is_some_and(|now| now.digital != 0) && now == config(self.configs_before)
+        now.is_some_and(|now| now.is_digital()) && now == config(self.configs_before)
     }
 
     fn compare_counters(&self, pair: &Pair<'_>, send: &mut impl FnMut(Event)) {

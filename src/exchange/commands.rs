@@ -34,8 +34,8 @@ struct AreaCommands {
 struct Sent<const N: usize> {
     /// The last one sent of each.
     newest: [u16; N],
-    /// What the controller has said since then.
-    report: Option<[u16; N]>,
+    /// Which the controller has reported as done last, since then.
+    reported: Option<[u16; N]>,
     all: [SentIds; N],
 }
 
@@ -101,7 +101,7 @@ impl AreaCommands {
 
 impl<const N: usize> Default for Sent<N> {
     fn default() -> Self {
-        Self { newest: [0; N], report: None, all: [SentIds::default(); N] }
+        Self { newest: [0; N], reported: None, all: [SentIds::default(); N] }
     }
 }
 
@@ -112,17 +112,17 @@ impl<const N: usize> Sent<N> {
             for (sent, id) in self.all.iter_mut().zip(&mut *ids) {
                 *id = sent.send(*id);
             }
-            (self.newest, self.report) = (*ids, None);
+            (self.newest, self.reported) = (*ids, None);
         }
     }
 
     /// The controller says that the commands of these ids were the last ones done.
     fn receive(&mut self, ids: [u16; N]) {
-        if self.report != Some(ids) {
+        if self.reported != Some(ids) {
             for (sent, id) in self.all.iter_mut().zip(ids) {
                 sent.receive(id);
             }
-            self.report = Some(ids);
+            self.reported = Some(ids);
         }
     }
 }
@@ -201,7 +201,7 @@ mod tests {
         let mut commands = Commands::default();
         assert_eq!(sent(1..=7, &mut commands, 0), [1, 2, 3, 4, 5, 6, 7]);
         assert_eq!(sent([8, 8, 8], &mut commands, 0x8008), [0x8008, 8, 8]);
-        // The firmware can distinguish the seven after it.
+        // The firmware can tell the seven after it apart.
         assert_eq!(sent(9..=14, &mut commands, 0x8008), [9, 10, 11, 12, 13, 14]);
         assert_eq!(sent([15, 15], &mut commands, 0x8008), [0x800F, 15]);
     }

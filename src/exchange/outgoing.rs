@@ -26,38 +26,27 @@ impl From<&FishX1Transfer> for Outgoing {
     }
 }
 
-impl Sends for Outgoing {
-    fn config_id(&self) -> u8 {
-        self.state.config_id
-    }
+/// Areas of these types have their parts under the same names.
+macro_rules! sends {
+    ($($area:ty),*) => {
+        $(impl Sends for $area {
+            fn config_id(&self) -> u8 {
+                self.state.config_id
+            }
 
-    fn config(&self) -> &Config {
-        &self.config
-    }
+            fn config(&self) -> &Config {
+                &self.config
+            }
 
-    fn output(&self) -> &OutputValues {
-        &self.output
-    }
+            fn output(&self) -> &OutputValues {
+                &self.output
+            }
 
-    fn txt_outputs(&self) -> &TxtOutputs {
-        &self.txt_outputs
-    }
+            fn txt_outputs(&self) -> &TxtOutputs {
+                &self.txt_outputs
+            }
+        })*
+    };
 }
 
-impl Sends for FishX1Transfer {
-    fn config_id(&self) -> u8 {
-        self.state.config_id
-    }
-
-    fn config(&self) -> &Config {
-        &self.config
-    }
-
-    fn output(&self) -> &OutputValues {
-        &self.output
-    }
-
-    fn txt_outputs(&self) -> &TxtOutputs {
-        &self.txt_outputs
-    }
-}
+sends!(Outgoing, FishX1Transfer);

@@ -109,13 +109,13 @@ impl TransferAreaComHandler {
     /// or ended with the transfer. A controller that disappears ends both, in any order. Does not block, even
     /// while another thread starts or stops the camera.
     pub fn camera_error(&self) -> Option<Error> {
-        self.areas().shared().state().camera.stream().and_then(|stream| stream.error())
+        self.areas().shared().state().camera.stream.clone().and_then(|stream| stream.error())
     }
 
     /// Statistics of the camera's stream, the current or the last one. Does not block, even while another
     /// thread starts or stops the camera.
     pub fn camera_statistics(&self) -> CameraStatistics {
-        let stream = self.areas().shared().state().camera.stream();
+        let stream = self.areas().shared().state().camera.stream.clone();
         stream.map(|stream| stream.statistics()).unwrap_or_default()
     }
 }

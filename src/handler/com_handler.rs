@@ -14,9 +14,7 @@ use crate::handler::shared::Shared;
 use crate::handler::state::Controller;
 use crate::handler::sync::{spawn, Mutex};
 use crate::handler::transfer::handshake;
-use crate::handler::transfer::side::Side;
-use crate::handler::transfer::thread::ThreadSlot;
-use crate::handler::transfer::thread::TransferThread;
+use crate::handler::transfer::thread::{ThreadSlot, TransferThread};
 use crate::i2c::I2cClient;
 use crate::notices;
 
@@ -140,46 +138,41 @@ impl TransferAreaComHandler {
     #[doc(alias = "StartTxtDownloadProg")]
     pub fn begin_transfer(&self) -> Result<(), Error> {
         let shared = self.area.shared();
-        let side = Side(shared);
         let number = {
             let mut state = shared.state();
             state.transfer.begin()?;
             self.area.learn(|known| state.learn_all(known));
             state.transfer.number()
         };
-        let begin = || {
-            self.join_threads(number);
-            self.try_begin(number)
-        };
-        match catch_unwind(AssertUnwindSafe(begin)) {
-            Ok(result) => result.inspect_err(|error| side.fail(error.clone())),
+        match catch_unwind(AssertUnwindSafe(|| self.try_begin(number))) {
+            Ok(result) => result.inspect_err(|error| shared.fail(error.clone())),
             Err(panic) => {
                 // Otherwise the transfer would be beginning forever.
-                side.fail(Error::ProgramPanicked);
+                shared.fail(Error::ProgramPanicked);
                 resume_unwind(panic)
             }
         }
     }
 
     fn try_begin(&self, number: u64) -> Result<(), Error> {
+        self.join_threads(number);
         let shared = self.area.shared();
-        let side = Side(shared);
         // A lost connection is re-established to the same controller, even if there are others by then.
         let settings = self.settings.with_found_host()?;
-        let (mut link, config_updates) = handshake::begin(&settings, side)?;
+        let (mut link, config_updates) = handshake::begin(&settings, shared)?;
         // Not the areas themselves, which a thread of the program may hold for long.
-        let areas = side.outgoing();
+        let areas = shared.outgoing();
         self.thread.start(number, || {
-            if let Err(stop) = side.run(config_updates) {
+            if let Err(stop) = shared.run(config_updates) {
                 // Even if that fails, the connection is closed.
                 let _ = link.client.stop_online();
                 return stop.result().and(Err(Error::NotStarted));
             }
             let of_thread = Arc::clone(shared);
-            let work = move || TransferThread::new(link, areas, Side(&of_thread), settings).run();
+            let work = move || TransferThread::new(link, areas, &of_thread, settings).run();
             spawn("transfer-area", work).map_err(|error| {
                 // It was running, so the program may have written outputs.
-                side.leave(&mut []);
+                shared.leave(&mut []);
                 Error::not_started(error)
             })
         })
@@ -244,7 +237,7 @@ impl TransferAreaComHandler {
     }
 
     pub(crate) fn controller(&self) -> Option<Controller> {
-        self.area.shared().state().controller()
+        self.area.shared().state().controller
     }
 }
 
@@ -255,7 +248,7 @@ impl Drop for TransferAreaComHandler {
         self.area.stop_on_panic();
         // An error is in the log already, and can't be returned here.
         let _ = self.end_transfer();
-        self.area.shared().listeners.end();
+        self.area.shared().listeners.lock().end();
         self.clear_cycle_hook();
     }
 }

@@ -4,7 +4,6 @@
 //! The only other locks are that of the listeners, which is taken first, and those of the camera's stream and the I2C
 //! connection, under which no other one is taken.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use crate::client::I2cLine;
@@ -25,11 +24,11 @@ pub(crate) struct Shared {
     pub(crate) changed: Condvar,
     /// The transfer thread has something to do: all threads have answered the response, or a stop was requested.
     pub(crate) attended: Condvar,
-    pub(crate) listeners: Arc<Listeners>,
+    pub(crate) listeners: Mutex<Listeners>,
     /// For all I2C clients, in every transfer.
     pub(crate) i2c: I2cLine,
-    area_count: usize,
-    lock_step: bool,
+    /// Whether time moves only while the program waits.
+    pub(crate) lock_step: bool,
 }
 
 impl Shared {
@@ -40,9 +39,8 @@ impl Shared {
             wakers: Default::default(),
             changed: Condvar::new(),
             attended: Condvar::new(),
-            listeners: Arc::default(),
+            listeners: Mutex::default(),
             i2c: I2cLine::default(),
-            area_count: areas,
             lock_step,
         }
     }
@@ -64,15 +62,6 @@ impl Shared {
     /// the time, it does not yield its core immediately.
     pub(crate) fn state_soon(&self) -> MutexGuard<'_, State> {
         lock_soon(&self.state)
-    }
-
-    pub(crate) fn area_count(&self) -> usize {
-        self.area_count
-    }
-
-    /// Whether time moves only while the program waits.
-    pub(crate) fn is_lock_step(&self) -> bool {
-        self.lock_step
     }
 
     /// What the thread with this ticket waits on.

@@ -36,10 +36,10 @@ pub(crate) struct State {
     pub(crate) tickets: Tickets,
     responses: Responses,
     hand_over: HandOver,
-    watchdog: Watchdog,
+    pub(crate) watchdog: Watchdog,
     interruptions: Interruptions,
     /// The controller of the last connection.
-    controller: Option<Controller>,
+    pub(crate) controller: Option<Controller>,
 }
 
 /// The controller of a connection.
@@ -56,21 +56,16 @@ pub(crate) struct Lease {
     ticket: TicketId,
     /// The newest response that is in the areas.
     pub(crate) response: u64,
+    /// Whether the guard reacts to this response whatever it writes, because its thread has waited for it.
+    answers: bool,
+    /// Whether its handle shows this response for the first time.
+    shows_first: bool,
+    /// The outputs count as long as there are no more interruptions than these; `None` if they do not count at all.
+    counts_until: Option<u64>,
     /// Its number in its transfer.
     pub(crate) cycle: u64,
     /// When it came in.
     pub(crate) arrived: Instant,
-}
-
-/// What the cycle hook's thread does next.
-#[derive(Debug)]
-pub(crate) enum HookStep {
-    /// Calls the program's function, in the transfer of this number.
-    Call(Result<Lease, Error>, u64),
-    /// Waits until it is woken.
-    Wait,
-    /// Ends, because the hook is over.
-    Leave,
 }
 
 /// A response that was delivered.
@@ -94,7 +89,7 @@ impl State {
             area.state.id = id;
         }
         Self {
-            transfer: Transfer::new(),
+            transfer: Transfer::default(),
             camera: CameraWork::default(),
             statistics: Statistics::default(),
             hand_over: HandOver::new(&areas),
@@ -105,14 +100,6 @@ impl State {
             controller: None,
             clock,
         }
-    }
-
-    pub(crate) fn controller(&self) -> Option<Controller> {
-        self.controller
-    }
-
-    pub(crate) fn set_controller(&mut self, controller: Controller) {
-        self.controller = Some(controller);
     }
 
     /// The beginning of the transfer, while it is running, for a log.
@@ -244,33 +231,24 @@ impl State {
 
     /// The thread has come for the areas: gets them, brought up to date, when it is its turn.
     pub(crate) fn take(&mut self, ticket: TicketId, known: Known) -> Option<Lease> {
-        let Some(Stage::Wants { purpose, here }) = self.tickets.stage(ticket) else { return None };
-        let (purpose, here) = (*purpose, *here);
-        if !here {
-            self.tickets.come(ticket);
-        }
+        let purpose = self.tickets.come(ticket)?;
         if self.first() != Some(ticket) {
             return None;
         }
-        let answers = match purpose {
-            Purpose::Answer(response) => Some(response),
-            Purpose::Look | Purpose::Lock => None,
-        };
-        let response = self.responses.newest();
-        let hold = Hold {
-            thread: current_thread(),
-            since: now(),
-            answers,
-            shows: response,
-            shows_first: response > known.shown && self.responses.last().is_some(),
-            interruptions: self.interruptions.count(),
-            outputs_count: self.outputs_count(known),
-            warned: false,
-        };
+        let hold = Hold { purpose, thread: current_thread(), since: now(), warned: false };
         let mut areas = self.tickets.take(ticket, hold)?;
         self.hand_over.bring_up_to_date(&mut areas, self.transfer.elapsed(self.clock.now()));
-        let (cycle, arrived) = (self.statistics.cycles, self.responses.arrived());
-        Some(Lease { areas, ticket, response, cycle, arrived })
+        let response = self.responses.newest();
+        Some(Lease {
+            areas,
+            ticket,
+            response,
+            answers: matches!(purpose, Purpose::Answer(_)),
+            shows_first: response > known.shown && self.responses.last().is_some(),
+            counts_until: self.outputs_count(known).then(|| self.interruptions.count()),
+            cycle: self.statistics.cycles,
+            arrived: self.responses.arrived(),
+        })
     }
 
     /// Whether the outputs that a handle writes now count: not while they are stopped and the handle does not
@@ -282,25 +260,24 @@ impl State {
 
     /// Takes the areas back from a guard; after a panic as they were before it.
     pub(crate) fn put_back(&mut self, lease: &mut Lease, panicked: bool) {
-        let mut areas = std::mem::take(&mut lease.areas);
         if panicked {
-            self.hand_over.restore(&mut areas);
+            self.hand_over.restore(&mut lease.areas);
             self.transfer.ask_to_stop(Stop::ProgramPanicked);
         } else {
-            self.take_answer(&areas);
+            self.take_answer(lease);
         }
-        self.tickets.put_back(lease.ticket, areas, self.responses.opened());
+        let newer = self.responses.opened().filter(|response| *response > lease.response);
+        self.tickets.put_back(lease.ticket, std::mem::take(&mut lease.areas), newer);
     }
 
     /// Takes what a guard leaves in the areas.
-    fn take_answer(&mut self, areas: &[FishX1Transfer]) {
-        let Some(hold) = self.tickets.holder() else { return };
-        let counts = hold.outputs_count && self.interruptions.count() == hold.interruptions;
-        let reacts = hold.answers.is_some() || hold.shows_first && self.hand_over.differs(areas);
-        if !self.responses.answer(hold.shows) && reacts && self.transfer.stop().is_none() {
+    fn take_answer(&mut self, lease: &Lease) {
+        let reacts = lease.answers || lease.shows_first && self.hand_over.differs(&lease.areas);
+        if !self.responses.answer(lease.response) && reacts && self.transfer.stop().is_none() {
             self.statistics.late_reactions += 1;
         }
-        self.hand_over.take(areas, counts);
+        let counts = lease.counts_until == Some(self.interruptions.count());
+        self.hand_over.take(&lease.areas, counts);
         self.feed_watchdog();
     }
 
@@ -309,26 +286,26 @@ impl State {
         self.tickets.holder().filter(|hold| hold.thread.id() == thread).map(|hold| hold.since)
     }
 
-    /// What the hook's thread does next.
-    pub(crate) fn hook_step(&mut self, hook: TicketId, known: &mut Known) -> HookStep {
-        if self.tickets.hook() != Some(hook) {
-            self.tickets.change(hook, Stage::Away);
-            return HookStep::Leave;
-        }
+    /// What the cycle hook is to be called with now, if it is to be called.
+    pub(crate) fn hook_call(
+        &mut self,
+        hook: TicketId,
+        known: &mut Known,
+    ) -> Option<Result<Lease, Error>> {
         if self.tickets.has_hook_before(hook, thread_id()) {
             // Only one runs at a time.
-            return HookStep::Wait;
+            return None;
         }
         if let Err(error) = self.report_interruption(known) {
             self.tickets.change(hook, Stage::Interrupted);
-            return HookStep::Call(Err(error), self.transfer.number());
+            return Some(Err(error));
         }
         if !matches!(self.tickets.stage(hook), Some(Stage::Wants { .. })) {
             let stage = self.stage_of_wait(known.returned);
             self.tickets.change(hook, stage);
         }
         let lease = self.transfer.stop().is_none().then(|| self.take(hook, *known)).flatten();
-        lease.map_or(HookStep::Wait, |lease| HookStep::Call(Ok(lease), self.transfer.number()))
+        lease.map(Ok)
     }
 }
 
@@ -357,11 +334,6 @@ impl State {
         self.statistics.config_updates += config_updates;
         let (number, cycle) = (self.responses.newest(), self.statistics.cycles);
         Delivered { number, cycle, arrived, first: before.is_none() }
-    }
-
-    /// The number of the response that comes next.
-    pub(crate) fn next_response(&self) -> u64 {
-        self.responses.newest() + 1
     }
 
     /// The inputs as the program sees them.
@@ -412,11 +384,6 @@ impl State {
         Some(limit)
     }
 
-    #[cfg(all(test, shuttle))]
-    pub(crate) fn watchdog_has_expired(&self) -> bool {
-        self.watchdog.has_expired()
-    }
-
     /// Closes the window and counts whether the program has missed the response.
     pub(crate) fn close_window(&mut self) {
         if self.responses.close() && self.transfer.stop().is_none() {
@@ -451,11 +418,6 @@ impl State {
         self.responses.lose_connection();
         self.responses.close();
         self.tickets.interrupt(true, wake);
-    }
-
-    /// A gap is over, in which the program could not show that it is alive.
-    pub(crate) fn feed_after_gap(&mut self) {
-        self.watchdog.feed(now());
     }
 
     /// The transfer is about to end: stops the outputs.

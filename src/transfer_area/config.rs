@@ -97,7 +97,8 @@ pub struct UniConfig {
     /// `InputMode::try_from(mode)`. Call [`raise_config_id`](super::FishX1Transfer::raise_config_id)
     /// after a change, or use [`set_ft_uni_config`](super::FishX1Transfer::set_ft_uni_config).
     pub mode: u8,
-    /// 1 when the input reports 0 or 1, 0 when it reports the measured value.
+    /// 1 when the input reports 0 or 1, 0 when it reports the measured value. An ultrasonic sensor reports cm with
+    /// both.
     pub digital: u8,
     /// Unused.
     pub dummy: [u8; 2],
@@ -122,9 +123,9 @@ impl UniConfig {
         InputMode::try_from(self.mode).ok()
     }
 
-    /// Whether it reports 0 or 1, not the measured value.
+    /// Whether it reports 0 or 1, not the measured value. A distance is always measured.
     pub const fn is_digital(&self) -> bool {
-        self.digital != 0
+        self.digital != 0 && self.mode != InputMode::Ultrasonic as u8
     }
 
     /// The unit of what it reports; empty for 0 or 1, and for a number that is not a mode.
@@ -264,10 +265,12 @@ mod tests {
     #[test]
     fn an_input_has_the_unit_of_its_mode_unless_it_is_digital() {
         for (mode, unit) in InputMode::ALL.iter().zip(["mV", "Ω", "Ω", "cm"]) {
+            let is_distance = *mode == InputMode::Ultrasonic;
             let (analog, digital) = (UniConfig::analog(*mode), UniConfig::digital(*mode));
             assert_eq!((analog.input_mode(), analog.unit()), (Some(*mode), unit));
-            assert_eq!((digital.input_mode(), digital.unit()), (Some(*mode), ""));
-            assert!(!digital.is_over_range(i16::MAX));
+            assert_eq!(digital.unit(), if is_distance { unit } else { "" });
+            assert_eq!(digital.input_mode(), Some(*mode));
+            assert_eq!(digital.is_over_range(i16::MAX), is_distance);
         }
         let unknown = UniConfig { mode: 9, digital: 0, dummy: [0; 2] };
         assert_eq!((unknown.input_mode(), unknown.unit()), (None, ""));

@@ -32,7 +32,7 @@ impl FishX1Transfer {
     /// [`InvalidCall::NotDigital`] when the input reports a measured value.
     #[doc(alias = "GetInIOValueBinary")]
     pub fn get_in_io_value_binary(&self, input: Input) -> Result<bool, InvalidCall> {
-        if self.config.uni[input.index()].digital == 0 {
+        if !self.config.uni[input.index()].is_digital() {
             return Err(InvalidCall::NotDigital { input });
         }
         Ok(self.input.uni[input.index()] != 0)
@@ -45,7 +45,7 @@ impl FishX1Transfer {
     /// [`InvalidCall::NotAnalog`] when the input is digital.
     #[doc(alias = "GetInIOValueAnalogue")]
     pub fn get_in_io_value_analogue(&self, input: Input) -> Result<i16, InvalidCall> {
-        if self.config.uni[input.index()].digital != 0 {
+        if self.config.uni[input.index()].is_digital() {
             return Err(InvalidCall::NotAnalog { input });
         }
         Ok(self.input.uni[input.index()])

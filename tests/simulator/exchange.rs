@@ -149,16 +149,17 @@ fn a_counter_reset_comes_back_at_once_in_the_simple_exchange_and_one_later_in_th
 }
 
 #[test]
-fn a_sound_takes_a_second_of_machine_time() {
+fn a_sound_takes_the_time_of_its_file_for_each_repeat() {
     let txt = unpaced().start().unwrap();
     let mut client = Client::online(&txt);
     let outputs = ExchangeData {
         sound_command_id: 4,
         sound_index: 29,
-        sound_repeat: 1,
+        sound_repeat: 2,
         ..ExchangeData::default()
     };
-    for _ in 0..99 {
+    // Two times 864 ms.
+    for _ in 0..172 {
         assert_eq!(client.exchange(&outputs).sound_command_id, 0);
     }
     let playing = || txt.with_machine(|machine| machine.controllers[0].playing_sound());

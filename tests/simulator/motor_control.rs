@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use ft_transfer_area::tx::Motor;
 use ft_transfer_area::wire::ExchangeData;
-use ft_transfer_area_simulator::world::MotorModel;
+use ft_transfer_area_simulator::world::{MotorModel, World};
+use ft_transfer_area_simulator::Machine;
 
 use crate::stepped::{forward, machine, machine_with, run_until, steps};
 
@@ -118,16 +119,6 @@ fn distance_and_master_0_leave_the_mode() {
 }
 
 #[test]
-fn a_leader_does_not_wait_for_a_follower_that_is_switched_off() {
-    let mut machine = machine(&[0.0, 0.0]);
-    let mut outputs =
-        ExchangeData { master: [0, 1, 0, 0], motor_command_id: [0, 1, 0, 0], ..forward(512) };
-    outputs.duty[2] = 0;
-    let counter = steps(&mut machine, outputs, 500).counter;
-    assert!(counter[0] > 800 && counter[1] == 0, "{counter:?}");
-}
-
-#[test]
 fn the_same_script_gives_the_same_trace_in_steps_of_any_length() {
     let trace = |step: u64| {
         let mut machine = machine(&[0.0, 0.37, 0.1]);
@@ -153,4 +144,75 @@ fn the_same_script_gives_the_same_trace_in_steps_of_any_length() {
     assert_eq!(trace(10), first);
     assert_eq!(trace(1), first);
     assert_eq!(trace(400), first);
+}
+
+/// A machine without a world, and one with an encoder motor.
+fn both_kinds() -> [Machine; 2] {
+    [Machine::new(0), machine(&[0.1])]
+}
+
+#[test]
+fn a_counter_reset_during_a_distance_moves_its_end_on() {
+    for mut machine in both_kinds() {
+        let mut outputs = ExchangeData {
+            distance: [100, 0, 0, 0],
+            motor_command_id: [1, 0, 0, 0],
+            ..forward(512)
+        };
+        let before = steps(&mut machine, outputs, 40).counter[0];
+        assert!((30..100).contains(&before), "{before}");
+        outputs.counter_reset_id[0] = 1;
+        let report = run_until(&mut machine, outputs, |report| {
+            assert_eq!(report.motor_command_id[0] == 1, report.counter[0] >= 100, "{report:?}");
+            report.motor_command_id[0] == 1
+        });
+        assert!((100..=103).contains(&report.counter[0]), "{report:?}");
+        // A reset at the end begins nothing.
+        outputs.counter_reset_id[0] = 2;
+        let rest = steps(&mut machine, outputs, 50).counter[0];
+        assert!((0..=3).contains(&rest), "{rest}");
+    }
+}
+
+#[test]
+fn a_counter_counts_when_its_level_rises() {
+    for mut machine in both_kinds() {
+        machine.set_outputs(0, forward(512));
+        let (mut level, mut rises, mut falls) = (0, 0, 0);
+        for _ in 0..1000 {
+            machine.step(Duration::from_millis(1));
+            let report = machine.report(0).unwrap();
+            match report.counter_input[0] - level {
+                1 => rises += 1,
+                -1 => falls += 1,
+                _ => {}
+            }
+            level = report.counter_input[0];
+            assert_eq!(report.counter[0], rises);
+        }
+        assert!(rises > 100 && (rises - falls) == level, "{rises} rises, {falls} falls");
+    }
+}
+
+/// Where 63 pulses end at this duty.
+fn end_of_63(world: &str, duty: i16) -> i16 {
+    let world = World::from_toml(world).unwrap();
+    let mut machine = Machine::with_world(0, world).unwrap();
+    let outputs =
+        ExchangeData { distance: [63, 0, 0, 0], motor_command_id: [1, 0, 0, 0], ..forward(duty) };
+    let at_once = run_until(&mut machine, outputs, |report| report.motor_command_id[0] == 1);
+    assert!((63..=65).contains(&at_once.counter[0]), "it is done when it is counted: {at_once:?}");
+    steps(&mut machine, outputs, 100).counter[0]
+}
+
+#[test]
+fn a_motor_with_run_out_turns_beyond_its_distance_like_a_real_one() {
+    const WORLD: &str = "[master.motors]\nM1 = { pulses_per_turn = 63.3, run_out = 5 }";
+    // Speeds 5 and 8 of the maker's scale.
+    let ends = [320, 512].map(|duty| end_of_63(WORLD, duty));
+    assert!((64..=65).contains(&ends[0]) && (67..=68).contains(&ends[1]), "{ends:?}");
+    let without = WORLD.replace(", run_out = 5", "");
+    let exactly = WORLD.replace("run_out = 5", "run_out = 0");
+    assert!((63..=66).contains(&end_of_63(&without, 512)));
+    assert_eq!([320, 512].map(|duty| end_of_63(&exactly, duty)), [63, 63]);
 }

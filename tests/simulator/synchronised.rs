@@ -160,7 +160,8 @@ fn an_injected_error_shifts_the_difference_by_itself_under_any_load() {
             let mut machine = machine_with(&motors);
             let (mut pulses, mut expected) = (Pulses::default(), 0);
             for (id, error) in [(1, 0_i16), (2, 40), (3, -100), (4, 25)] {
-                expected += i64::from(error);
+                // A positive one holds the follower back.
+                expected -= i64::from(error);
                 let mut outputs = following([0, 5, 0, 0]);
                 outputs.distance[1] = error as u16;
                 outputs.motor_command_id[1] = id;
@@ -178,7 +179,7 @@ fn an_injected_error_shifts_the_difference_by_itself_under_any_load() {
 fn a_command_replaces_the_rest_of_an_injected_error() {
     let mut machine = machine(&[0.0, 0.3]);
     let mut outputs = following([0, 5, 0, 0]);
-    outputs.distance[1] = 300;
+    outputs.distance[1] = (-300_i16) as u16;
     let counter = steps(&mut machine, outputs, 50).counter;
     let gained = counter[1] - counter[0];
     assert!((20..200).contains(&gained), "{gained}");
@@ -252,4 +253,61 @@ fn ids_are_echoed_when_their_command_is_done_and_never_early() {
         }
     }
     assert!((100..300).contains(&ends), "{ends} distances end, and others do not");
+}
+
+#[test]
+fn a_positive_error_slows_the_follower_and_more_than_16_stop_it() {
+    for mut machine in [Machine::new(0), machine(&[0.0, 0.0])] {
+        let mut outputs = following([0, 5, 0, 0]);
+        outputs.distance[1] = 12;
+        let counter = steps(&mut machine, outputs, 12).counter;
+        assert!(0 < counter[1] && counter[1] < counter[0], "it is slower: {counter:?}");
+        let counter = steps(&mut machine, outputs, 500).counter;
+        assert!((11..=13).contains(&(counter[0] - counter[1])), "{counter:?}");
+        outputs.distance[1] = (-100_i16) as u16;
+        outputs.motor_command_id[1] = 2;
+        steps(&mut machine, outputs, 20);
+        let before = steps(&mut machine, outputs, 1).counter;
+        let after = steps(&mut machine, outputs, 4).counter;
+        assert!(after[0] - before[0] <= 1 && after[1] > before[1], "the leader stands: {after:?}");
+        let report = steps(&mut machine, outputs, 500);
+        let ahead = report.counter[1] - report.counter[0];
+        assert!((87..=89).contains(&ahead), "{report:?}");
+        assert_eq!(report.motor_command_id[1], 0, "it is never done");
+    }
+}
+
+#[test]
+fn motors_that_follow_each_other_go_on() {
+    for masters in [[2, 1, 0, 0], [6, 5, 0, 0], [2, 3, 4, 1], [6, 7, 8, 5]] {
+        for mut machine in [Machine::new(0), machine(&[0.0, 0.3, 0.1, 0.2])] {
+            let mut outputs = ExchangeData { duty: following(masters).duty, ..Default::default() };
+            for (motor, master) in masters.into_iter().enumerate().filter(|(_, master)| *master > 0)
+            {
+                steps(&mut machine, outputs, 30);
+                outputs.master[motor] = master;
+                outputs.distance[motor] = if master > 4 { 50 } else { 0 };
+                outputs.motor_command_id[motor] = 1;
+            }
+            let before = steps(&mut machine, outputs, 100).counter;
+            let after = steps(&mut machine, outputs, 400).counter;
+            for motor in (0..4).filter(|motor| masters[*motor] > 0) {
+                let turned = after[motor].wrapping_sub(before[motor]);
+                assert!(turned > 300, "{masters:?}: M{} {turned}", motor + 1);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_leader_waits_for_a_follower_that_stands() {
+    for mut machine in [Machine::new(0), machine(&[0.0, 0.0])] {
+        let mut outputs = following([0, 1, 0, 0]);
+        outputs.duty[2] = 0;
+        let counter = steps(&mut machine, outputs, 500).counter;
+        assert!((1..=6).contains(&counter[0]) && counter[1] == 0, "{counter:?}");
+        outputs.duty[2] = 512;
+        let counter = steps(&mut machine, outputs, 500).counter;
+        assert!(counter[0] > 500 && counter[0] - counter[1] <= 1, "{counter:?}");
+    }
 }

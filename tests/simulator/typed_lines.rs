@@ -47,6 +47,20 @@ fn lines_set_the_inputs_themselves_without_a_world() {
 }
 
 #[test]
+fn a_counter_counts_the_lines_that_raise_its_level() {
+    for mut machine in [Machine::new(1), everything()] {
+        for (line, level, count) in
+            [("C4 1", 1, 1), ("C4 1", 1, 1), ("C4 0", 0, 1), ("C4 1", 1, 2), ("C4 0", 0, 2)]
+        {
+            carry_out(line, &mut machine).unwrap();
+            machine.step(Duration::from_millis(10));
+            let report = machine.report(0).unwrap();
+            assert_eq!((report.counter_input[3], report.counter[3]), (level, count), "{line}");
+        }
+    }
+}
+
+#[test]
 fn what_a_slide_moves_can_not_be_set() {
     let mut machine = everything();
     for (line, sentence) in [
@@ -137,6 +151,8 @@ fn wrong_lines_are_answered_and_change_nothing() {
         ("IR1 -128 0 0 0 0", "a joystick of IR1 goes from -15 to 15, not to -128"),
         ("IR1 0 0 0 0", "IR1 wants 5 number(s), not \"0 0 0 0\""),
         ("IR 0 0 0 0 0", "there is no \"IR\" to set"),
+        ("C1 2", "the level of C1 is 0 or 1, not 2"),
+        ("C5 1", "there is no \"C5\" to set"),
         ("I9 1", "there is no \"I9\" to set"),
         ("E1.I8 1", "nothing is plugged into E1.I8 in this world"),
         ("E2.I1 1", "there is no extension \"E2\"; --extensions sets how many there are"),

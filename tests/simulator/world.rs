@@ -124,6 +124,17 @@ fn an_input_reports_what_its_mode_measures() {
 }
 
 #[test]
+fn an_ultrasonic_input_reports_a_distance_whatever_its_flag_says() {
+    let mut machine = Machine::with_world(0, World::shipped("slide").unwrap()).unwrap();
+    for config in [UniConfig::digital(InputMode::Ultrasonic), UniConfig::default()] {
+        // A client that sets the mode alone leaves the flag as it was.
+        let uni = UniConfig { mode: InputMode::Ultrasonic.into(), ..config };
+        machine.set_config(0, Config { uni: [uni; 8].into(), ..Config::default() });
+        assert_eq!(machine.controllers[0].uni[3..5], [15, 4096]);
+    }
+}
+
+#[test]
 fn lamps_stay_on_and_motors_turn_when_their_client_leaves_until_the_watchdog() {
     let limit = Duration::from_millis(500);
     for watchdog in [None, Some(limit)] {

@@ -197,8 +197,10 @@ fn the_maximum_number_of_bytes_is_read_and_written() {
     i2c.write(DEVICE, 0, &[9; 254]).unwrap();
     let [before @ .., last_but_one, last] = txt.with_machine(|machine| *machine.i2c_device(DEVICE));
     assert_eq!((before, last_but_one, last), ([9; 254], 254 ^ 0x55, 255 ^ 0x55));
-    i2c.write_read(DEVICE, &[7; 255], &mut []).unwrap();
-    assert_eq!(txt.with_machine(|machine| machine.i2c_device(DEVICE)[5..8].to_vec()), [9, 9, 7]);
+    i2c.write(DEVICE, 0, &[8; 1023]).unwrap();
+    assert_eq!(txt.with_machine(|machine| *machine.i2c_device(DEVICE)), [8; 256]);
+    i2c.write_read(DEVICE, &[7; 1024], &mut []).unwrap();
+    assert_eq!(txt.with_machine(|machine| *machine.i2c_device(DEVICE)), [7; 256]);
 }
 
 #[test]
@@ -257,12 +259,12 @@ fn what_no_request_can_hold_is_refused_and_nothing_is_sent() {
     }
     assert_eq!(i2c.read(DEVICE, 0, &mut []), out_of_range(read, 0, 1, 1024));
     assert_eq!(i2c.read(DEVICE, 0, &mut long), out_of_range(read, 1025, 1, 1024));
-    assert_eq!(i2c.write(DEVICE, 0, &[]), out_of_range(write, 0, 1, 254));
-    assert_eq!(i2c.write(DEVICE, 0, &long[..255]), out_of_range(write, 255, 1, 254));
+    assert_eq!(i2c.write(DEVICE, 0, &[]), out_of_range(write, 0, 1, 1023));
+    assert_eq!(i2c.write(DEVICE, 0, &long[..1024]), out_of_range(write, 1024, 1, 1023));
     assert_eq!(i2c.write_read(DEVICE, &[], &mut []), out_of_range(read, 0, 1, 1024));
     assert_eq!(i2c.write_read(DEVICE, &[], &mut long), out_of_range(read, 1025, 1, 1024));
-    let refused = i2c.write_read(DEVICE, &[0; 256], &mut [0]);
-    assert_eq!(refused, out_of_range(write, 256, 0, 255));
+    let refused = i2c.write_read(DEVICE, &[0; 1025], &mut [0]);
+    assert_eq!(refused, out_of_range(write, 1025, 0, 1024));
     let refused = i2c.write_read(DEVICE, &[0], &mut long);
     assert_eq!(refused, out_of_range(read, 1025, 0, 1024));
     assert!(long.iter().all(|value| *value == 7));

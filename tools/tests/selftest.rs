@@ -33,7 +33,7 @@ const TIMED: &[&str] = &[
 ];
 
 /// What the simulated TXT does in another way on purpose.
-const DIFFERENT: &[&str] = &["input-15k", "input-digital-ultrasonic"];
+const DIFFERENT: &[&str] = &["input-15k"];
 
 /// A controller with M1, its encoder, a button at I1, and an I2C device.
 fn txt() -> SimulatedTxt {

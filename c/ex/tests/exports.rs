@@ -1,11 +1,11 @@
-//! The variant has the same functions.
+//! The variant has the functions of ftMscLib, and its own.
 
 use std::env;
 
 use libloading::{library_filename, Library};
 
 /// The functions of ftMscLib, one from each of its files, and those that all programs call.
-const SOME: [&str; 14] = [
+const SOME: [&str; 20] = [
     "ftxInitLib",
     "ftxCloseLib",
     "ftxOpenComDevice",
@@ -20,6 +20,12 @@ const SOME: [&str; 14] = [
     "GetRoboTxFwStr",
     "FtRemoteCmd",
     "SetMotorExConfig",
+    "ftxStartTransferArea2",
+    "SetCBUniChanged",
+    "GetCBMaskCntInChanged",
+    "SetCBButtonChanged",
+    "StartMotorExCmd4",
+    "ConnectBtAddress2",
 ];
 
 #[test]
@@ -33,4 +39,9 @@ fn the_variant_exports_the_functions() {
         let function = unsafe { library.get::<unsafe extern "C" fn()>(name.as_bytes()) };
         assert!(function.is_ok(), "{name} is not exported");
     }
+    // Programs ask for 1.5.13 or later.
+    // SAFETY: it has this type.
+    let version = unsafe { library.get::<unsafe extern "C" fn() -> u32>(b"ftxGetLibVersion") };
+    // SAFETY: it only returns a number.
+    assert_eq!(unsafe { version.expect("it is exported")() }, 0x0001_050E);
 }

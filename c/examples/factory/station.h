@@ -100,6 +100,8 @@ public:
         area.ftX1config.uni[index].mode = MODE_R;
         area.ftX1config.uni[index].digital = true;
         area.ftX1state.config_id++;
+        // Until then the input has the voltage from before.
+        pause(3 * EXCHANGE_MS);
     }
 
     bool is_closed() const { return area->ftX1in.uni[index] == 1; }

@@ -1,5 +1,5 @@
 /* FISH_X1_TRANSFER, the transfer area of one controller: 1024 bytes, laid out as on the TXT. Addresses in
-   the controller's memory are numbers of 32 bits. */
+   the controller's memory are numbers of 32 bits, that of a program's name is its four bytes. */
 #ifndef FT_FISH_X1_H
 #define FT_FISH_X1_H
 
@@ -38,7 +38,7 @@ typedef struct ftX1info_s {
 
 /* State of the interface. Raise config_id by one after a change in ftX1config. */
 typedef struct pgm_info_s {
-    UINT32 name;
+    char name[4];
     UINT8 state;
     char dummy[3];
 } PGM_INFO;
@@ -119,19 +119,19 @@ typedef struct display_frame_s {
     BOOL16 is_pgm_master_of_display;
 } FTX1_FRAME;
 
-typedef struct ftX1display_s {
+typedef struct _ftX1display {
     FTX1_MSG display_msg;
     FTX1_FRAME display_frame;
 } FTX1_DISPLAY;
 
 /* State of the transfer, what has changed, and the time since it began. */
-typedef struct transfer_status_s {
+typedef struct _transfer_status {
     UINT8 status;
     UINT8 iostatus;
     UINT16 ComErr;
 } TRANSFER_STATUS;
 
-typedef struct change_state_s {
+typedef struct _change_state {
     UINT16 UpdInterface;
     UINT8 ChangeStatus;
     UINT8 ChangeUni;
@@ -141,7 +141,7 @@ typedef struct change_state_s {
     UINT8 reserved;
 } CHANGE_STATE;
 
-typedef struct rp_timer_s {
+typedef struct _rp_timer {
     UINT16 Timer1ms;
     UINT16 Timer10ms;
     UINT16 Timer100ms;
@@ -150,22 +150,56 @@ typedef struct rp_timer_s {
     UINT16 Timer1min;
 } RP_TIMER;
 
-/* Parts that only a program of the controller itself used. */
-typedef struct motor_s {
+/* Parts that only a program of the controller itself used. All hooks are 0. */
+typedef struct _motor {
     INT16 duty[8];
     INT16 debug[4];
 } MOTOR;
 
-typedef struct input_sim_s {
+typedef struct _input_sim {
     INT16 simButtons[2];
 } INPUT_SIM;
 
-typedef struct hook_table_s {
-    UINT32 functions[35];
+typedef struct _hook_table {
+    UINT32 IsRunAllowed;
+    UINT32 GetSystemTime;
+    UINT32 DisplayMsg;
+    UINT32 IsDisplayBeingRefreshed;
+    UINT32 BtConnect;
+    UINT32 BtDisconnect;
+    UINT32 BtSend;
+    UINT32 BtStartReceive;
+    UINT32 BtStopReceive;
+    UINT32 BtStartListen;
+    UINT32 BtStopListen;
+    UINT32 BtAddrToStr;
+    UINT32 I2cRead;
+    UINT32 I2cWrite;
+    UINT32 sprintf;
+    UINT32 memcmp;
+    UINT32 memcpy;
+    UINT32 memmove;
+    UINT32 memset;
+    UINT32 strcat;
+    UINT32 strncat;
+    UINT32 strchr;
+    UINT32 strrchr;
+    UINT32 strcmp;
+    UINT32 strncmp;
+    UINT32 stricmp;
+    UINT32 strnicmp;
+    UINT32 strcpy;
+    UINT32 strncpy;
+    UINT32 strlen;
+    UINT32 strstr;
+    UINT32 strtok;
+    UINT32 strupr;
+    UINT32 strlwr;
+    UINT32 atoi;
 } HOOK_TABLE;
 
 /* What a TXT has and a ROBO TX has not: infrared remotes, sounds, microphone. */
-typedef struct ke_ir_input_s {
+typedef struct _IR_DATA {
     INT16 i16JoyLeftX;
     UINT16 u16JoyLeftXtoLeft;
     UINT16 u16JoyLeftXtoRight;
@@ -184,7 +218,7 @@ typedef struct ke_ir_input_s {
     UINT16 u16DipSwitch2;
 } KE_IR_INPUT_V01;
 
-typedef struct txt_special_inputs_s {
+typedef struct _TXT_SPECIAL_INPUTS {
     UINT16 u16TxtPower;
     UINT16 u16TxtTemp;
     UINT16 u16TxtRef;
@@ -202,7 +236,7 @@ typedef struct txt_special_inputs_s {
     UINT16 u16WDay;
 } TXT_SPECIAL_INPUTS;
 
-typedef struct txt_special_outputs_s {
+typedef struct _TXT_SPECIAL_OUTPUTS {
     UINT16 u16SoundCmdId;
     UINT16 u16SoundIndex;
     UINT16 u16SoundRepeat;
@@ -212,10 +246,13 @@ typedef struct txt_special_outputs_s {
     UINT8 dummy;
 } TXT_SPECIAL_OUTPUTS;
 
-typedef struct txt_special_inputs_2_s {
+typedef struct _TXT_SPECIAL_INPUTS_2 {
     UINT16 u16MicLin;
     UINT16 u16MicLog;
 } TXT_SPECIAL_INPUTS_2;
+
+/* What is left of the 1024 bytes. */
+#define RESERVE_SIZE 158
 
 typedef struct shm_if_s {
     FTX1_SHMIFINFO ftX1info;
@@ -233,7 +270,7 @@ typedef struct shm_if_s {
     TXT_SPECIAL_INPUTS sTxtInputs;
     TXT_SPECIAL_OUTPUTS sTxtOutputs;
     TXT_SPECIAL_INPUTS_2 sTxtInputs2;
-    UINT8 reserved[158];
+    char reserved[RESERVE_SIZE];
 } FISH_X1_TRANSFER;
 
 #endif

@@ -10,6 +10,10 @@
 #define IZ_MOTOR 4
 #define IZ_UNI_INPUT 8
 #define IZ_IR_RECEIVER 4
+#define NUM_OF_IR_RECEIVER 4
+
+/* A controller and one extension. */
+#define NUM_OF_TXT_MODULES 2
 
 /* The areas: that of the controller itself, and those of its extensions. */
 enum ShmIfId {

@@ -7,7 +7,6 @@
 #include <windows.h>
 #else
 #include "../posix/winsock2.h"
-typedef unsigned char boolean;
 #endif
 
 #include <bitset>

@@ -3,6 +3,7 @@
 #define FT_KIT_FTSHMEM_H
 
 #include "../detail/fish_x1.h"
+#include "../detail/fish_x1_callbacks.h"
 #include "../detail/fish_x1_kit_constants.h"
 
 #endif

@@ -2,6 +2,8 @@
 #ifndef FT_POSIX_CONIO_H
 #define FT_POSIX_CONIO_H
 
+#include "ft_windows_c.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif

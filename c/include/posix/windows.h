@@ -1,10 +1,16 @@
-/* What programs use of windows.h, for other systems: time, events, threads, locks, libraries. */
+/* What programs use of windows.h, for other systems: time, events, threads, locks, libraries, the console, keys, files
+   with settings. */
 #ifndef FT_POSIX_WINDOWS_H
 #define FT_POSIX_WINDOWS_H
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "../ft_windows_types.h"
+#include "ft_windows_c.h"
+#include "mmsystem.h"
+#include "wincon.h"
+#include "winuser.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -28,9 +34,20 @@ typedef char TCHAR;
 #endif
 typedef TCHAR *LPTSTR;
 typedef const TCHAR *LPCTSTR;
+typedef unsigned char boolean;
 
 #ifndef __int64
 #define __int64 long long
+#endif
+
+/* In C++ they would hide those of the standard library. */
+#if !defined(NOMINMAX) && !defined(__cplusplus)
+#ifndef max
+#define max(one, other) (((one) > (other)) ? (one) : (other))
+#endif
+#ifndef min
+#define min(one, other) (((one) < (other)) ? (one) : (other))
+#endif
 #endif
 
 #define MAX_PATH 260
@@ -55,6 +72,25 @@ DWORD GetTickCount(void);
 ULONGLONG GetTickCount64(void);
 BOOL QueryPerformanceCounter(LARGE_INTEGER *count);
 BOOL QueryPerformanceFrequency(LARGE_INTEGER *per_second);
+typedef struct {
+    WORD wYear;
+    WORD wMonth;
+    /* 0 is Sunday. */
+    WORD wDayOfWeek;
+    WORD wDay;
+    WORD wHour;
+    WORD wMinute;
+    WORD wSecond;
+    WORD wMilliseconds;
+} SYSTEMTIME, *PSYSTEMTIME, *LPSYSTEMTIME;
+void GetLocalTime(LPSYSTEMTIME time);
+void GetSystemTime(LPSYSTEMTIME time);
+
+/* Ends the program as exit does, so its motors stop. */
+static __inline__ void ExitProcess(UINT status)
+{
+    exit((int) status);
+}
 
 /* Events, locks and threads, for this process alone: their names are ignored. */
 #define INFINITE 0xFFFFFFFFU
@@ -169,14 +205,50 @@ BOOL FreeLibrary(HMODULE library);
 void OutputDebugStringA(LPCSTR text);
 void OutputDebugStringW(LPCWSTR text);
 
-/* The C library of Windows has these in string.h and stdlib.h. */
-int _stricmp(const char *one, const char *other);
-int stricmp(const char *one, const char *other);
-int _strnicmp(const char *one, const char *other, size_t length);
-int strnicmp(const char *one, const char *other, size_t length);
+/* Settings in a file with lines of key=value below [section], up to 1 MB. A name without a folder is in the current
+   folder. Without a section its names are given, each with a 0, and another one at the end; without a key those of a
+   section. Writing no value removes the key, and no key the section. */
+DWORD GetPrivateProfileStringA(LPCSTR section, LPCSTR key, LPCSTR otherwise, LPSTR to, DWORD size, LPCSTR file);
+UINT GetPrivateProfileIntA(LPCSTR section, LPCSTR key, INT otherwise, LPCSTR file);
+BOOL WritePrivateProfileStringA(LPCSTR section, LPCSTR key, LPCSTR value, LPCSTR file);
+#define GetPrivateProfileString GetPrivateProfileStringA
+#define GetPrivateProfileInt GetPrivateProfileIntA
+#define WritePrivateProfileString WritePrivateProfileStringA
 
 #ifdef __cplusplus
 }
 #endif
+
+/* Numbers that several threads change. They may be LONG or long. */
+#define FT_CHANGE(name, change) \
+    template <class T> inline T name(T volatile *number) { return change; }
+#define FT_CHANGE_BY(name, change) \
+    template <class T, class U> inline T name(T volatile *number, U by) { return change; }
+#ifdef __cplusplus
+FT_CHANGE(InterlockedIncrement, __sync_add_and_fetch(number, (T) 1))
+FT_CHANGE(InterlockedDecrement, __sync_sub_and_fetch(number, (T) 1))
+FT_CHANGE_BY(InterlockedExchange, __atomic_exchange_n(number, (T) by, __ATOMIC_SEQ_CST))
+FT_CHANGE_BY(InterlockedExchangeAdd, __sync_fetch_and_add(number, (T) by))
+FT_CHANGE_BY(InterlockedAnd, __sync_fetch_and_and(number, (T) by))
+FT_CHANGE_BY(InterlockedOr, __sync_fetch_and_or(number, (T) by))
+FT_CHANGE_BY(InterlockedXor, __sync_fetch_and_xor(number, (T) by))
+template <class T, class U, class V>
+inline T InterlockedCompareExchange(T volatile *number, U value, V expected)
+{
+    return __sync_val_compare_and_swap(number, (T) expected, (T) value);
+}
+#else
+#define InterlockedIncrement(number) __sync_add_and_fetch((number), 1)
+#define InterlockedDecrement(number) __sync_sub_and_fetch((number), 1)
+#define InterlockedExchange(number, value) __atomic_exchange_n((number), (value), __ATOMIC_SEQ_CST)
+#define InterlockedExchangeAdd(number, by) __sync_fetch_and_add((number), (by))
+#define InterlockedAnd(number, by) __sync_fetch_and_and((number), (by))
+#define InterlockedOr(number, by) __sync_fetch_and_or((number), (by))
+#define InterlockedXor(number, by) __sync_fetch_and_xor((number), (by))
+#define InterlockedCompareExchange(number, value, expected) \
+    __sync_val_compare_and_swap((number), (expected), (value))
+#endif
+#undef FT_CHANGE
+#undef FT_CHANGE_BY
 
 #endif

@@ -9,46 +9,22 @@
 #include <stdbool.h>
 #endif
 
+#include "../detail/kelib_errors.h"
 #include "FtShmem.h"
 
 #define I2C_SPEED_100_KHZ 0
 #define I2C_SPEED_400_KHZ 1
-
-#define KELIB_ERROR_NONE 0x00000000L
-#define KELIB_ERROR_UNDEFINED 0x00000001L
-#define KELIB_ERROR_LIB_NOT_INIT 0x00000100L
-#define KELIB_ERROR_ZERO_POINTER_VALUE 0x00001050L
-
-#define KELIB_ERROR_I2C_OPEN_ERROR 0x00001701L
-#define KELIB_ERROR_I2C_ADDR_ERROR 0x00001702L
-#define KELIB_ERROR_I2C_READ_ERROR 0x00001703L
-#define KELIB_ERROR_I2C_WRITE_ERROR 0x00001704L
-#define KELIB_ERROR_I2C_WRITE_READ_ERROR 0x00001705L
-#define KELIB_ERROR_I2C_SET_REG_ADR_ERROR 0x00001706L
-#define KELIB_ERROR_I2C_WRONG_REG_SIZE_VAL 0x00001707L
-#define KELIB_ERROR_I2C_WRONG_DATA_WIDTH 0x00001708L
-#define KELIB_ERROR_I2C_SET_STOP_ERROR 0x00001709L
-#define KELIB_ERROR_I2C_SET_SPEED_ERROR 0x0000170AL
-#define KELIB_ERROR_I2C_WRONG_ERROR_MASK 0x0000170BL
-#define KELIB_ERROR_I2C_SET_ADR_SIZE_10 0x0000170CL
-#define KELIB_ERROR_I2C_SET_ADR_SIZE_7 0x0000170DL
-#define KELIB_ERROR_I2C_NO_WRITE_NO_READ 0x0000170EL
-#define KELIB_ERROR_I2C_COMMUNICATION 0x0000170FL
-
-#define KELIB_IS_DLC_PROG 0x00001C01L
-#define KELIB_IS_RPP_PROG 0x00001C02L
-#define KELIB_ERROR_DLC_TXT_BUSY 0x00001C03L
-#define KELIB_THREAD_NOT_STARTABLE 0x00001C04L
 
 /* These have C++ linkage in C++. Compilers for Windows mangle names in other ways, so they use C linkage. */
 #if defined(__cplusplus) && defined(_WIN32)
 extern "C" {
 #endif
 
-/* Connects to the controller and begins to exchange, about 100 times a second, in a thread. */
+/* Connects to the controller and begins to exchange, about 100 times a second, in a thread. All areas are 0 then.
+   0 also when it does so already. */
 uint32_t StartTxtDownloadProg(void);
 
-/* Ends that with all motors off. The areas stay where they are. */
+/* Ends that with all motors off, and I2C, and takes the callback away. Always 1. */
 uint32_t StopTxtDownloadProg(void);
 
 bool MotorIOLib_ThreadIsRunning(void);
@@ -65,9 +41,10 @@ void SetTransferAreaCompleteCallback(bool (*callback)(FISH_X1_TRANSFER *areas, i
 extern "C" {
 #endif
 
-/* The nine areas; NULL before the start. */
+/* The nine areas, which stay where they are, also before the start. */
 FISH_X1_TRANSFER *GetKeLibTransferAreaMainAddress(void);
 
+/* Makes I2C possible until StopTxtDownloadProg. */
 uint32_t InitI2C(void);
 
 /* Writes to an I2C device, then reads from it. The TXT sets the clock itself. */

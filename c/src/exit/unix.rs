@@ -14,7 +14,7 @@ use parking_lot::Mutex;
 use super::{end_all, goes_on};
 use crate::ffi::guarded;
 use crate::inside;
-use crate::posix::lines_again;
+use crate::posix::terminal_again;
 
 /// The signals that end a program by default on all systems, with their names, except those of a crash.
 const ENDS: [(c_int, &str); 12] = [
@@ -182,6 +182,14 @@ fn take_up(signal: c_int, handler: extern "C" fn(c_int)) -> io::Result<()> {
     }
 }
 
+/// Has a handler of this library take a signal in place of its usual one; the program's own, and what it ignores, stay.
+pub(crate) fn take_over(signal: c_int, handler: extern "C" fn(c_int)) {
+    let usual = on_end as extern "C" fn(c_int) as usize;
+    if handler_of(signal).is_ok_and(|present| present == usual || present == libc::SIG_DFL) {
+        let _ = set(signal, handler as usize);
+    }
+}
+
 pub(crate) fn handler_of(signal: c_int) -> io::Result<usize> {
     // SAFETY: integers, pointers and sets, for which all bits 0 are valid.
     let mut action: libc::sigaction = unsafe { zeroed() };
@@ -204,7 +212,8 @@ fn set(signal: c_int, handler: usize) -> io::Result<()> {
     }
 }
 
-extern "C" fn on_end(signal: c_int) {
+/// Asks for the end that this signal means. Async-signal-safe.
+pub(crate) extern "C" fn on_end(signal: c_int) {
     if process::id() == WATCHED_BY.load(Ordering::Acquire) {
         // One that follows says nothing new: a terminal and `tx_run` both send Ctrl-C.
         let _ = CAME.compare_exchange(0, signal, Ordering::AcqRel, Ordering::Acquire);
@@ -254,7 +263,7 @@ fn hold_signals_back() {
 /// Suspends the program, with its transfers ended. When it goes on it may begin them again.
 fn suspend(ender: &Thread) {
     end_within_limit(ender);
-    lines_again();
+    terminal_again();
     // SAFETY: a call without pointers. The signal of before does nothing where no shell could continue the program.
     unsafe { libc::kill(libc::getpid(), libc::SIGSTOP) };
     SUSPEND.store(false, Ordering::Release);
@@ -280,7 +289,7 @@ fn end_by(signal: c_int) {
 pub(super) fn end_as_asked() {
     let signal = CAME.load(Ordering::Acquire);
     if signal != 0 {
-        lines_again();
+        terminal_again();
         end_by(signal);
     }
 }
@@ -298,7 +307,7 @@ fn look(ender: &Thread) {
         }
         if CRASHED.load(Ordering::Acquire) && !ENDED.load(Ordering::Acquire) {
             end_within_limit(ender);
-            lines_again();
+            terminal_again();
             ENDED.store(true, Ordering::Release);
         }
         if SUSPEND.load(Ordering::Acquire) {
@@ -361,8 +370,15 @@ fn program_has_left() -> bool {
     use std::fs;
 
     /// The names of threads that go on by themselves, cut by Linux to 15 bytes.
-    const OWN: [&str; 6] =
-        [THREAD, "transfer area o", "transfer-area", "transfer-log", "I2C of C", "callbacks of C"];
+    const OWN: [&str; 7] = [
+        THREAD,
+        "transfer area o",
+        "transfer-area",
+        "transfer-log",
+        "I2C of C",
+        "callbacks of C",
+        "control of C",
+    ];
 
     let main = process::id().to_string();
     let state = fs::read_to_string(format!("/proc/self/task/{main}/stat"));

@@ -161,7 +161,7 @@ impl Kit {
         let Transfer { array, mirror, link } = &mut *transfer;
         let link = link.as_mut().ok_or(NO_TRANSFER)?;
         self.areas.copy_to(array);
-        self.areas.with_flags(array, || mirror.put_out(&mut link.areas));
+        mirror.put_out(&mut link.areas);
         let exchange = match mode {
             TransferMode::Simple => &mut link.simple,
             _ => &mut link.compressed,

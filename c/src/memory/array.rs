@@ -1,6 +1,8 @@
 //! The nine areas of one device, at a place that stays.
 
 use std::alloc::{alloc_zeroed, dealloc, handle_alloc_error, Layout};
+use std::cell::UnsafeCell;
+use std::mem::MaybeUninit;
 use std::ptr::NonNull;
 
 use ft_transfer_area::transfer_area::{
@@ -39,9 +41,9 @@ pub(crate) struct Places {
 ///
 /// All bits 0 are a valid area, and [`places`](Self::places) lead into the area that is given.
 pub(crate) unsafe trait Area: 'static {
-    /// Whether the program sets `cnt_resetted` and `motor_ex_reached` back, as on the TX. Otherwise a new
-    /// command does so, too.
-    const FLAGS_STAY: bool;
+    /// Whether `motor_ex_reached` is set for a distance only, which is the target that was reached, as on the TX.
+    /// On a TXT a command without one is done at once, and sets it, too.
+    const REACHED_IS_A_DISTANCE: bool;
     /// Whether 0 is the normal mode of a counter and 1 the inverted one, as on the TX. On a TXT it is the
     /// other way round.
     const COUNTERS_NORMAL_AT_0: bool;
@@ -80,7 +82,7 @@ macro_rules! places {
 
 // SAFETY: integers and pointers, for which all bits 0 are valid; the places are those of its fields.
 unsafe impl Area for Ta {
-    const FLAGS_STAY: bool = true;
+    const REACHED_IS_A_DISTANCE: bool = true;
     const COUNTERS_NORMAL_AT_0: bool = true;
 
     unsafe fn places(area: *mut Self) -> Places {
@@ -90,7 +92,7 @@ unsafe impl Area for Ta {
 
 // SAFETY: integers only; the places are those of its fields.
 unsafe impl Area for FishX1Transfer {
-    const FLAGS_STAY: bool = false;
+    const REACHED_IS_A_DISTANCE: bool = false;
     const COUNTERS_NORMAL_AT_0: bool = false;
 
     unsafe fn places(area: *mut Self) -> Places {
@@ -101,6 +103,22 @@ unsafe impl Area for FishX1Transfer {
 /// Nine areas that a program and this library share. They stay where they are until this is dropped.
 pub(crate) struct AreaArray<A: Area> {
     first: NonNull<A>,
+    /// Whether its memory was allocated.
+    is_allocated: bool,
+}
+
+/// The areas of a program for the TXT itself, from its beginning to its end. All bits are 0 at first.
+static OF_PROGRAM: OfProgram = OfProgram(UnsafeCell::new(MaybeUninit::zeroed()));
+
+#[repr(transparent)]
+struct OfProgram(UnsafeCell<MaybeUninit<[FishX1Transfer; AREAS]>>);
+
+// SAFETY: it is reached by atomic accesses and from C only.
+unsafe impl Sync for OfProgram {}
+
+/// Where the areas of a program for the TXT itself are, also before they are used.
+pub(crate) fn areas_of_program() -> *mut FishX1Transfer {
+    OF_PROGRAM.0.get().cast()
 }
 
 // SAFETY: the memory belongs to it alone, and is reached by atomic accesses only.
@@ -116,7 +134,7 @@ impl<A: Area> AreaArray<A> {
         // SAFETY: the layout is not empty.
         let memory = unsafe { alloc_zeroed(Self::LAYOUT) }.cast::<A>();
         let Some(first) = NonNull::new(memory) else { handle_alloc_error(Self::LAYOUT) };
-        let array = Self { first };
+        let array = Self { first, is_allocated: true };
         let mut default = FishX1Transfer::default();
         if A::COUNTERS_NORMAL_AT_0 {
             default.config.cnt.iter_mut().for_each(|counter| counter.mode = 0);
@@ -128,6 +146,13 @@ impl<A: Area> AreaArray<A> {
             array.store(places.id, index as u8);
         }
         array
+    }
+
+    /// Makes all bits 0.
+    pub(crate) fn clear(&self) {
+        for index in 0..Self::LAYOUT.size() / size_of::<u32>() {
+            self.store(self.as_ptr().cast::<u32>().wrapping_add(index), 0);
+        }
     }
 
     /// Where the program finds them.
@@ -169,9 +194,20 @@ impl<A: Area> AreaArray<A> {
     }
 }
 
+impl AreaArray<FishX1Transfer> {
+    /// Those at [`areas_of_program`].
+    pub(crate) fn of_program() -> Self {
+        // SAFETY: the address of a static is not null.
+        let first = unsafe { NonNull::new_unchecked(areas_of_program()) };
+        Self { first, is_allocated: false }
+    }
+}
+
 impl<A: Area> Drop for AreaArray<A> {
     fn drop(&mut self) {
-        // SAFETY: it was allocated with this layout.
-        unsafe { dealloc(self.as_ptr().cast(), Self::LAYOUT) };
+        if self.is_allocated {
+            // SAFETY: it was allocated with this layout.
+            unsafe { dealloc(self.as_ptr().cast(), Self::LAYOUT) };
+        }
     }
 }

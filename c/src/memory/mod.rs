@@ -10,6 +10,6 @@ mod ta;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use array::{Area, AreaArray, Places, AREAS};
+pub(crate) use array::{areas_of_program, Area, AreaArray, Places, AREAS};
 pub(crate) use cells::Cell;
 pub(crate) use ta::{HookTable, Ta};

@@ -3,7 +3,7 @@ use super::*;
 #[test]
 fn a_command_is_done_when_its_id_comes_back_and_no_newer_one_was_given() {
     let mut command = ContinuedId::default();
-    command.begin(7); // What the controller remembers of the program before.
+    command.begin(7, 7); // What the controller remembers of the program before.
     assert_eq!(command.send(0), None);
     assert_eq!(command.send(1), Some(8));
     assert_eq!(command.receive(7, 1), (0, false));
@@ -13,6 +13,72 @@ fn a_command_is_done_when_its_id_comes_back_and_no_newer_one_was_given() {
     assert_eq!(command.receive(9, 3), (2, false), "the program waits for 3");
     assert_eq!(command.send(3), Some(10));
     assert_eq!(command.receive(10, 3), (3, true));
+}
+
+#[test]
+fn the_first_command_is_new_for_a_controller_that_has_not_done_the_last_one() {
+    for (given, echo) in [(8, 7), (7, 8), (0, 7)] {
+        let mut command = ContinuedId::default();
+        command.begin(given, echo);
+        assert_eq!(command.receive(echo, 0), (0, false));
+        let sent = command.send(1).unwrap();
+        assert!(sent != given && sent != echo, "{sent}");
+        assert_eq!(command.receive(echo, 1), (0, false));
+        assert_eq!(command.receive(sent, 1), (1, true));
+    }
+}
+
+/// A motor whose command was cut off, sent as `stop - 1` unless the pause came before.
+fn cut_off(distance: u16, stop: u16, echo: u16, counter: i16) -> MotorCommand {
+    let mut motor = MotorCommand::default();
+    motor.begin(0, 0);
+    assert_eq!(motor.send(1, 0, distance), (Some(1), distance));
+    motor.go_on(stop, echo, counter);
+    motor
+}
+
+#[test]
+fn what_is_left_of_a_distance_is_a_new_command_after_a_pause() {
+    let mut motor = cut_off(100, 2, 0, 30);
+    assert_eq!(motor.send(1, 0, 100), (Some(3), 70));
+    assert_eq!(motor.id.receive(0, 1), (0, false));
+    assert_eq!(motor.id.receive(2, 1), (0, false), "the controller has done the stop");
+    motor.go_on(4, 2, 20);
+    assert_eq!(motor.send(1, 0, 100), (Some(5), 50));
+    assert_eq!(motor.id.receive(5, 1), (1, true));
+    assert_eq!(motor.send(2, 0, 100), (Some(6), 100));
+    // It was not reported in time.
+    assert_eq!(cut_off(100, 2, 0, 101).send(1, 0, 100), (Some(3), 1));
+}
+
+#[test]
+fn a_command_that_was_not_sent_before_a_pause_is_sent_whole() {
+    assert_eq!(cut_off(100, 1, 0, 30).send(1, 0, 100), (Some(2), 100));
+}
+
+#[test]
+fn a_motor_that_has_done_its_distance_stands_still_after_a_pause() {
+    for echo in [1, 2] {
+        let mut motor = cut_off(100, 2, echo, 100);
+        assert!(motor.is_still());
+        assert_eq!(motor.id.receive(echo, 1), (1, true));
+        assert_eq!(motor.id.receive(2, 1), (1, false));
+        let mut again = motor;
+        again.begin(2, 2);
+        assert!(!again.is_still(), "in the next transfer");
+        motor.send(2, 0, 50);
+        assert!(!motor.is_still());
+    }
+}
+
+#[test]
+fn an_endless_command_is_sent_again_and_an_error_is_not_injected_again() {
+    assert_eq!(cut_off(0, 2, 0, 30).send(1, 0, 0), (Some(3), 0));
+    let mut motor = MotorCommand::default();
+    motor.begin(0, 0);
+    motor.send(1, 5, 7);
+    motor.go_on(2, 0, 30);
+    assert_eq!(motor.send(1, 5, 7), (Some(3), 0));
 }
 
 fn outputs_go_out_and_inputs_come_in<A: Area>() {
@@ -34,15 +100,54 @@ fn outputs_go_out_and_inputs_come_in<A: Area>() {
     let mut happened = Vec::new();
     mirror.take_in(&areas, |it| happened.push(it));
     let (online, area) = (true, AREAS - 1);
-    let expected =
-        [AreaEvent::Extension { area, online }, AreaEvent::MotorReached { area, motor: 3 }];
+    let change = Change { change_status: 1, change_uni: 1 << 2, ..Change::default() };
+    let expected = [
+        AreaEvent::Extension { area, online },
+        AreaEvent::MotorReached { area, motor: 3 },
+        AreaEvent::Inputs { area, change },
+    ];
     assert_eq!(happened, expected);
     assert_eq!(array.load(places.input).uni[2], 77);
-    assert_eq!(array.load(places.change).change_uni, 1 << 2);
+    assert_eq!(array.load(places.change), change);
 }
 
 #[test]
 fn outputs_go_out_and_inputs_come_in_for_both_kinds_of_areas() {
     outputs_go_out_and_inputs_come_in::<crate::memory::Ta>();
     outputs_go_out_and_inputs_come_in::<FishX1Transfer>();
+}
+
+/// What a command that is sent and comes back reports.
+fn reported_for_a_distance<A: Area>(distance: u16) -> (Vec<AreaEvent>, [u16; 4]) {
+    let array = Arc::new(AreaArray::<A>::new());
+    let mut mirror = Mirror::new(Arc::clone(&array), DEV_MODE_LOCAL);
+    let mut areas = vec![FishX1Transfer::default(); AREAS];
+    mirror.begin(&areas);
+    let places = array.places(0);
+    let mut output = array.load(places.output);
+    (output.distance[1], output.motor_ex_cmd_id[1]) = (distance, 1);
+    array.store(places.output, output);
+    mirror.put_out(&mut areas);
+    areas[0].input.motor_ex_cmd_id[1] = 1;
+    let mut happened = Vec::new();
+    mirror.take_in(&areas, |it| happened.push(it));
+    (happened, *array.load(places.input).motor_ex_reached)
+}
+
+#[test]
+fn a_distance_of_0_is_reached_by_programs_for_the_txt_only() {
+    use crate::memory::Ta;
+    let reached = vec![AreaEvent::MotorReached { area: 0, motor: 1 }];
+    assert_eq!(reported_for_a_distance::<Ta>(5), (reached.clone(), [0, 1, 0, 0]));
+    assert_eq!(reported_for_a_distance::<Ta>(0), (Vec::new(), [0; 4]));
+    assert_eq!(reported_for_a_distance::<FishX1Transfer>(0), (reached, [0, 1, 0, 0]));
+}
+
+#[test]
+fn the_firmware_is_in_the_places_where_programs_read_it() {
+    let array = Arc::new(AreaArray::<crate::memory::Ta>::new());
+    let mirror = Mirror::new(Arc::clone(&array), DEV_MODE_LOCAL);
+    mirror.introduce("TX2013", FirmwareVersion::new(4, 6, 6));
+    // part.a to part.d, for "V %d.%02d, DLL %d" of c, d and b.
+    assert_eq!(array.load(array.places(8).info).version.firmware.to_ne_bytes(), [0, 6, 4, 6]);
 }

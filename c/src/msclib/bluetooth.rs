@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::arguments::{Bytes, Handle, Out};
 use super::device::Device;
+use super::kinds::ResultCallback;
 use super::with_device;
 use crate::errors::{FTLIB_BT_INVALID_CONIDX, FTLIB_ERR_INVALID_PARAM};
 use crate::ffi::guarded;
@@ -25,24 +26,17 @@ pub(crate) struct BtScan {
 
 const _: () = assert!(size_of::<BtScan>() == 30);
 
-/// A callback for a result, which is there during the call only.
+/// A callback as the functions of ftMscLib get it.
 type Callback<T> = Option<unsafe extern "system" fn(*mut T)>;
 
 /// Has a callback called.
-fn call_back<T>(
+fn call_back<T: 'static>(
     device: &Arc<Device>,
-    callback: Callback<T>,
+    callback: Option<ResultCallback<T>>,
     result: impl FnOnce() -> T + Send + 'static,
-) -> Result<(), u32>
-where
-    T: 'static,
-{
+) -> Result<(), u32> {
     let callback = callback.ok_or(FTLIB_ERR_INVALID_PARAM)?;
-    device.call_back(move || {
-        let mut result = result();
-        // SAFETY: the program has given it as a function of this kind.
-        unsafe { callback(&mut result) };
-    });
+    device.call_back(move |context| callback.call(result(), context));
     Ok(())
 }
 
@@ -54,7 +48,11 @@ fn channel(given: u32) -> Result<u16, u32> {
 }
 
 /// Answers a call for one channel.
-fn switched_off(handle: Handle, given: u32, callback: Callback<BtResult>) -> u32 {
+pub(super) fn switched_off(
+    handle: Handle,
+    given: u32,
+    callback: Option<ResultCallback<BtResult>>,
+) -> u32 {
     with_device(handle, |device| {
         let channel = channel(given)?;
         call_back(device, callback, move || BtResult::off(channel))
@@ -62,11 +60,11 @@ fn switched_off(handle: Handle, given: u32, callback: Callback<BtResult>) -> u32
 }
 
 /// Answers a call for one channel, after a check of the bytes that come with it.
-fn switched_off_with(
+pub(super) fn switched_off_with(
     handle: Handle,
     given: u32,
     bytes: Bytes,
-    callback: Callback<BtResult>,
+    callback: Option<ResultCallback<BtResult>>,
 ) -> u32 {
     with_device(handle, |device| {
         let channel = channel(given)?;
@@ -75,9 +73,8 @@ fn switched_off_with(
     })
 }
 
-/// Looks for controllers: the callback says that it is not possible.
-#[no_mangle]
-pub(crate) extern "C" fn StartScanBtDevice(handle: Handle, callback: Callback<BtScan>) -> u32 {
+/// Answers a search for controllers.
+pub(super) fn scan(handle: Handle, callback: Option<ResultCallback<BtScan>>) -> u32 {
     with_device(handle, |device| {
         call_back(device, callback, || BtScan {
             status: SCAN_NOT_POSSIBLE,
@@ -87,6 +84,38 @@ pub(crate) extern "C" fn StartScanBtDevice(handle: Handle, callback: Callback<Bt
             dummy_2: [0; 3],
         })
     })
+}
+
+/// Answers a message, after a check of its length.
+pub(super) fn send(
+    handle: Handle,
+    given: u32,
+    size: u32,
+    message: Bytes,
+    callback: Option<ResultCallback<BtResult>>,
+) -> u32 {
+    if size as usize > BT_MESSAGE_MAX {
+        return with_device(handle, |_| Err(FTLIB_ERR_INVALID_PARAM));
+    }
+    switched_off_with(handle, given, message, callback)
+}
+
+/// Answers a call that waits for messages.
+pub(super) fn read(
+    handle: Handle,
+    given: u32,
+    callback: Option<ResultCallback<BtReceived>>,
+) -> u32 {
+    with_device(handle, |device| {
+        let channel = channel(given)?;
+        call_back(device, callback, move || BtReceived::off(channel))
+    })
+}
+
+/// Looks for controllers: the callback says that it is not possible.
+#[no_mangle]
+pub(crate) extern "C" fn StartScanBtDevice(handle: Handle, callback: Callback<BtScan>) -> u32 {
+    scan(handle, callback.map(ResultCallback::Alone))
 }
 
 /// Ends the search. None is running.
@@ -103,7 +132,7 @@ pub(crate) extern "C" fn ConnectBtAddress(
     address: Bytes,
     callback: Callback<BtResult>,
 ) -> u32 {
-    switched_off_with(handle, channel, address, callback)
+    switched_off_with(handle, channel, address, callback.map(ResultCallback::Alone))
 }
 
 /// Ends a connection.
@@ -113,7 +142,7 @@ pub(crate) extern "C" fn DisconnectBt(
     channel: u32,
     callback: Callback<BtResult>,
 ) -> u32 {
-    switched_off(handle, channel, callback)
+    switched_off(handle, channel, callback.map(ResultCallback::Alone))
 }
 
 /// Sends a message.
@@ -125,10 +154,7 @@ pub(crate) extern "C" fn SendBtMessage(
     message: Bytes,
     callback: Callback<BtResult>,
 ) -> u32 {
-    if size as usize > BT_MESSAGE_MAX {
-        return with_device(handle, |_| Err(FTLIB_ERR_INVALID_PARAM));
-    }
-    switched_off_with(handle, channel, message, callback)
+    send(handle, channel, size, message, callback.map(ResultCallback::Alone))
 }
 
 /// Waits for a connection.
@@ -139,7 +165,7 @@ pub(crate) extern "C" fn BtListenConOn(
     address: Bytes,
     callback: Callback<BtResult>,
 ) -> u32 {
-    switched_off_with(handle, channel, address, callback)
+    switched_off_with(handle, channel, address, callback.map(ResultCallback::Alone))
 }
 
 /// Stops waiting for a connection.
@@ -149,20 +175,17 @@ pub(crate) extern "C" fn BtListenConOff(
     channel: u32,
     callback: Callback<BtResult>,
 ) -> u32 {
-    switched_off(handle, channel, callback)
+    switched_off(handle, channel, callback.map(ResultCallback::Alone))
 }
 
 /// Waits for messages.
 #[no_mangle]
 pub(crate) extern "C" fn BtReadMsgOn(
     handle: Handle,
-    given: u32,
+    channel: u32,
     callback: Callback<BtReceived>,
 ) -> u32 {
-    with_device(handle, |device| {
-        let channel = channel(given)?;
-        call_back(device, callback, move || BtReceived::off(channel))
-    })
+    read(handle, channel, callback.map(ResultCallback::Alone))
 }
 
 /// Stops waiting for messages.
@@ -172,7 +195,7 @@ pub(crate) extern "C" fn BtReadMsgOff(
     channel: u32,
     callback: Callback<BtResult>,
 ) -> u32 {
-    switched_off(handle, channel, callback)
+    switched_off(handle, channel, callback.map(ResultCallback::Alone))
 }
 
 /// The state of a channel: idle.

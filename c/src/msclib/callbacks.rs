@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
+use super::kinds::{Context, Event, EventCallback, Told};
 use crate::inside::{self, Programs};
 use crate::process;
 
@@ -18,28 +19,20 @@ const WAIT_LIMIT: Duration = Duration::from_secs(1);
 /// How many calls may wait for a callback that does not return.
 const WAITING: usize = 10_000;
 
+/// How many calls may wait before a change of an input takes the place of one of the same input. So a slow callback
+/// gets the newest value, and other events find room.
+const CHANGES: usize = 1000;
+
 /// What a call is made for, and what stays until the call has returned: an open device.
 pub(super) trait Owner: Send + Sync {
     /// No call is made for one that is closed.
     fn is_open(&self) -> bool;
-}
-
-/// A callback of the program for one kind of event.
-pub(super) type EventCallback = unsafe extern "system" fn(u32, u32);
-
-/// The kinds of events.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Event {
-    /// `SetCBCounterResetted`.
-    CounterResetted,
-    /// `SetCBMotorExReached`.
-    MotorExReached,
-    /// `SetCBRoboExtState`.
-    RoboExtState,
+    /// What callbacks with a context get.
+    fn context(&self) -> Context;
 }
 
 /// What the program has set; a library has one of each kind.
-static SET: Mutex<[Option<EventCallback>; 3]> = Mutex::new([None; 3]);
+static SET: Mutex<[Option<EventCallback>; Event::COUNT]> = Mutex::new([None; Event::COUNT]);
 
 /// The callback for a kind of event.
 fn set_for(event: Event) -> Option<EventCallback> {
@@ -48,9 +41,9 @@ fn set_for(event: Event) -> Option<EventCallback> {
 
 enum Call {
     /// For the callback that is set when its turn comes.
-    Event(Event, u32, u32),
+    Event(Event, Told),
     /// One that was given with a request.
-    Once(Box<dyn FnOnce() + Send>),
+    Once(Box<dyn FnOnce(Context) + Send>),
 }
 
 impl Call {
@@ -81,6 +74,25 @@ struct Queue {
     left: bool,
 }
 
+impl Queue {
+    /// Gives the new value of an input to the call that already waits for it, if this is one for an input.
+    fn renew(&mut self, owner: &Weak<dyn Owner>, call: &Call) -> bool {
+        let (event, newer) = match call {
+            Call::Event(event, told) if event.is_change() => (*event, told),
+            Call::Event(..) | Call::Once(_) => return false,
+        };
+        let place = (newer.controller, newer.what);
+        let mut waiting = self.waiting.iter_mut().rev().filter(|(it, _)| it.ptr_eq(owner));
+        let same = waiting.find_map(|(_, call)| match call {
+            Call::Event(it, told) if *it == event && (told.controller, told.what) == place => {
+                Some(told)
+            }
+            Call::Event(..) | Call::Once(_) => None,
+        });
+        same.map(|told| *told = *newer).is_some()
+    }
+}
+
 struct Running {
     event: Option<Event>,
     owner: Weak<dyn Owner>,
@@ -109,20 +121,23 @@ impl Callbacks {
     }
 
     /// Tells the program of an event, if it wants to know.
-    pub(super) fn event(&self, owner: Weak<dyn Owner>, event: Event, area: usize, what: u32) {
+    pub(super) fn event(&self, owner: Weak<dyn Owner>, event: Event, told: Told) {
         if set_for(event).is_some() {
-            self.push(owner, Call::Event(event, area as u32, what));
+            self.push(owner, Call::Event(event, told));
         }
     }
 
     /// Makes a call, unless its owner is closed before its turn comes.
-    pub(super) fn once(&self, owner: Weak<dyn Owner>, call: impl FnOnce() + Send + 'static) {
+    pub(super) fn once(&self, owner: Weak<dyn Owner>, call: impl FnOnce(Context) + Send + 'static) {
         self.push(owner, Call::Once(Box::new(call)));
     }
 
     fn push(&self, owner: Weak<dyn Owner>, call: Call) {
         let mut queue = self.queue.lock();
         if queue.ended {
+            return;
+        }
+        if queue.waiting.len() >= CHANGES && queue.renew(&owner, &call) {
             return;
         }
         if queue.waiting.len() >= WAITING {
@@ -135,16 +150,16 @@ impl Callbacks {
 
     fn run(&self) {
         while let Some((owner, call)) = self.next() {
+            let context = owner.context();
             match call {
-                Call::Event(event, area, what) => {
+                Call::Event(event, told) => {
                     // Under no lock: the callback may set callbacks. `next` has seen one, and a thread that has
                     // removed it since then waits for this call.
                     if let Some(callback) = set_for(event) {
-                        // SAFETY: the program has set it as a function of this kind.
-                        inside::leave(|| unsafe { callback(area, what) });
+                        inside::leave(|| callback.call(told, context));
                     }
                 }
-                Call::Once(call) => inside::leave(call),
+                Call::Once(call) => inside::leave(|| call(context)),
             }
             self.queue.lock().running = None;
             self.returned.notify_all();
@@ -246,5 +261,62 @@ pub(super) fn set(
 
 /// Takes all callbacks away.
 pub(super) fn forget() {
-    *SET.lock() = [None; 3];
+    *SET.lock() = [None; Event::COUNT];
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ptr::null_mut;
+
+    use super::super::kinds::InputNow;
+    use super::*;
+
+    struct Open;
+
+    impl Owner for Open {
+        fn is_open(&self) -> bool {
+            true
+        }
+
+        fn context(&self) -> Context {
+            null_mut()
+        }
+    }
+
+    #[test]
+    fn a_slow_callback_gets_the_newest_value_of_each_input_and_other_events() {
+        let callbacks = Callbacks {
+            queue: Mutex::default(),
+            wake: Condvar::new(),
+            returned: Condvar::new(),
+            thread: Mutex::default(),
+        };
+        let open: Arc<dyn Owner> = Arc::new(Open);
+        let push = |event, what, value| {
+            let input = InputNow { value, ..InputNow::default() };
+            let told = Told { controller: 0, what, input };
+            callbacks.push(Arc::downgrade(&open), Call::Event(event, told));
+        };
+        for value in 0..3000 {
+            push(Event::UniChanged, 5, value);
+        }
+        assert_eq!(callbacks.queue.lock().waiting.len(), CHANGES);
+        // Another input, another kind and other events are not among those that wait.
+        push(Event::UniChanged, 6, 1);
+        push(Event::CounterChanged, 5, 2);
+        push(Event::MotorExReached, 5, 0);
+        push(Event::MotorExReached, 5, 0);
+        push(Event::UniChanged, 5, 3000);
+        let waiting = std::mem::take(&mut callbacks.queue.lock().waiting);
+        assert_eq!(waiting.len(), CHANGES + 4);
+        let values: Vec<_> = waiting
+            .iter()
+            .filter_map(|(_, call)| match call {
+                Call::Event(Event::UniChanged, told) if told.what == 5 => Some(told.input.value),
+                Call::Event(..) | Call::Once(_) => None,
+            })
+            .collect();
+        let expected: Vec<_> = (0..CHANGES as u32 - 1).chain([3000]).collect();
+        assert_eq!(values, expected);
+    }
 }

@@ -29,7 +29,7 @@ fn with_config(
     })
 }
 
-/// Configures a universal input.
+/// Configures a universal input. Its value is 0 until one comes that was measured so.
 #[no_mangle]
 pub(crate) extern "C" fn SetFtUniConfig(
     handle: Handle,
@@ -44,6 +44,9 @@ pub(crate) extern "C" fn SetFtUniConfig(
         let configs = unsafe { &raw mut (*places.config).uni }.cast::<UniConfig>();
         let config = UniConfig { mode, digital: digital.get().into(), dummy: [0; 2] };
         array.store(configs.wrapping_add(input), config);
+        // SAFETY: computes an address within the inputs only.
+        let values = unsafe { &raw mut (*places.input).uni }.cast::<i16>();
+        array.store(values.wrapping_add(input), 0);
         Ok(())
     })
 }

@@ -1,12 +1,16 @@
 //! One open device.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::ffi::c_void;
+use std::ptr::null_mut;
+use std::sync::atomic::{AtomicBool, AtomicPtr, Ordering};
 use std::sync::{Arc, Weak};
 
 use ft_transfer_area::{FoundController, Statistics, TransferMode};
 use parking_lot::Mutex;
 
-use super::callbacks::{Callbacks, Event, Owner};
+use super::callbacks::{Callbacks, Owner};
+use super::changes::{self, Input};
+use super::kinds::{Context, Event, InputNow, Told};
 use crate::errors::{code_of, FTLIB_ERR_DEVICE_NOT_OPEN, FTLIB_ERR_THREAD_NOT_RUNNING};
 use crate::exit::{self, Transfer};
 use crate::host;
@@ -25,6 +29,10 @@ pub(super) struct Device {
     session: ProgramSession<Ta>,
     i2c: Mutex<Option<I2cThread>>,
     callbacks: Arc<Callbacks>,
+    /// What callbacks with a context get.
+    context: AtomicPtr<c_void>,
+    /// For each controller and kind of input the bits of those that report changes.
+    masks: Mutex<[[u8; Input::ALL.len()]; AREAS]>,
     /// The statistics at the last `ResetTrapStatistic`.
     forgotten: Mutex<Statistics>,
     closed: AtomicBool,
@@ -53,6 +61,8 @@ impl Device {
             session,
             i2c: Mutex::default(),
             callbacks,
+            context: AtomicPtr::new(null_mut()),
+            masks: Mutex::default(),
             forgotten: Mutex::default(),
             closed: AtomicBool::new(false),
         });
@@ -133,8 +143,23 @@ impl Device {
         thread.request(request, done)
     }
 
+    /// What callbacks with a context get from now on.
+    pub(super) fn set_context(&self, context: Context) {
+        self.context.store(context, Ordering::Release);
+    }
+
+    /// Chooses the inputs that report changes.
+    pub(super) fn set_mask(&self, area: usize, input: Input, mask: u32) {
+        self.masks.lock()[area][input as usize] = mask as u8 & input.all_bits();
+    }
+
+    /// The inputs that report changes.
+    pub(super) fn mask(&self, area: usize, input: Input) -> u8 {
+        self.masks.lock()[area][input as usize]
+    }
+
     /// Calls the program back from the callbacks' thread, unless the device is closed before.
-    pub(super) fn call_back(self: &Arc<Self>, call: impl FnOnce() + Send + 'static) {
+    pub(super) fn call_back(self: &Arc<Self>, call: impl FnOnce(Context) + Send + 'static) {
         self.callbacks.once(self.as_owner(), call);
     }
 
@@ -189,26 +214,30 @@ impl Owner for Device {
     fn is_open(&self) -> bool {
         !self.closed.load(Ordering::Acquire)
     }
+
+    fn context(&self) -> Context {
+        self.context.load(Ordering::Acquire)
+    }
 }
 
 /// Tells the program what a response brought.
 fn tell(device: &Weak<Device>, callbacks: &Callbacks, happened: AreaEvent) {
-    let (event, area, what) = match happened {
-        AreaEvent::CounterReset { area, counter } => (Event::CounterResetted, area, counter as u32),
-        AreaEvent::MotorReached { area, motor } => {
-            // The end of the extended mode is a command, too, and one without a distance is done immediately.
-            if !device.upgrade().is_some_and(|device| device.has_distance(area, motor)) {
-                return;
-            }
-            (Event::MotorExReached, area, motor as u32)
+    let (events, area, what) = match happened {
+        AreaEvent::CounterReset { area, counter } => {
+            ([Event::CounterResetted, Event::CounterResetted2], area, counter as u32)
         }
-        AreaEvent::Extension { area, online } => (Event::RoboExtState, area, online.into()),
+        AreaEvent::MotorReached { area, motor } => {
+            ([Event::MotorExReached, Event::MotorExReached2], area, motor as u32)
+        }
+        AreaEvent::Extension { area, online } => {
+            ([Event::RoboExtState, Event::RoboExtState2], area, online.into())
+        }
+        AreaEvent::Inputs { area, change } => {
+            return changes::tell(device, callbacks, area, &change);
+        }
     };
-    callbacks.event(device.clone(), event, area, what);
-}
-
-impl Device {
-    fn has_distance(&self, area: usize, motor: usize) -> bool {
-        self.array().load(self.array().places(area).output).distance[motor] != 0
+    let told = Told { controller: area as u32, what, input: InputNow::default() };
+    for event in events {
+        callbacks.event(device.clone(), event, told);
     }
 }

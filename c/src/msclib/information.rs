@@ -1,24 +1,59 @@
 //! The library's and the controllers' texts and numbers.
 
 use std::ffi::c_int;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 
 use super::arguments::{Handle, Out, TextOut};
 use super::device::Device;
 use super::library::LIBRARY;
-use super::{index, with_area, with_device, VERSION};
+use super::{index, with_area, with_device};
 use crate::errors::{
     CODES, FTLIB_ERR_FAILED, FTLIB_ERR_INVALID_PARAM, FTLIB_ERR_THREAD_NOT_RUNNING,
 };
 use crate::ffi::guarded;
 use crate::memory::AREAS;
+use crate::mirror::ROBOLIB_DLL;
 
 /// The longest name of a controller.
 const NAME_MAX: usize = 16;
 
-fn version_text() -> String {
-    let [major, minor, patch] = VERSION;
-    format!("V {major}.{minor}.{patch}")
+/// A version of the interface.
+struct Version {
+    number: [u8; 3],
+    date: &'static str,
+}
+
+const VERSION: Version = Version { number: [1, 5, 11], date: "2012/02/19" };
+/// Programs for ftMscLibEx want 1.5.13 or later.
+const VERSION_OF_EX: Version = Version { number: [1, 5, 14], date: "2014/05/16" };
+
+/// Whether the program has loaded ftMscLibEx.
+static IS_EX: AtomicBool = AtomicBool::new(false);
+
+/// Has this library report the version of ftMscLibEx. That one calls it when it is loaded.
+pub fn report_version_of_ex() {
+    IS_EX.store(true, Ordering::Relaxed);
+}
+
+impl Version {
+    fn reported() -> &'static Self {
+        if IS_EX.load(Ordering::Relaxed) {
+            &VERSION_OF_EX
+        } else {
+            &VERSION
+        }
+    }
+
+    fn code(&self) -> u32 {
+        let [major, minor, patch] = self.number;
+        u32::from_be_bytes([0, major, minor, patch])
+    }
+
+    fn text(&self) -> String {
+        let [major, minor, patch] = self.number;
+        format!("{major:02}.{minor:02}.{patch:02}  ({})", self.date)
+    }
 }
 
 /// Gives the program a text; none is an empty one.
@@ -59,14 +94,25 @@ fn firmware_text(device: &Arc<Device>) -> String {
 /// The library's version as a number: 00 01 05 0B for 1.5.11.
 #[no_mangle]
 pub(crate) extern "C" fn ftxGetLibVersion() -> u32 {
-    let [major, minor, patch] = VERSION;
-    u32::from_be_bytes([0, major, minor, patch])
+    Version::reported().code()
 }
 
-/// The library's version.
+/// The library's version: `01.05.11  (2012/02/19)`, as programs compare it.
 #[no_mangle]
 pub(crate) extern "C" fn ftxGetLibVersionStr(to: TextOut, size: u32) -> u32 {
-    text(to, size, || Some(version_text()))
+    text(to, size, || Some(Version::reported().text()))
+}
+
+/// The version of ftMscLibEx, under the name that its header gives `ftxGetLibVersion`.
+#[no_mangle]
+pub(crate) extern "C" fn ftxGetLibVersionEx() -> u32 {
+    VERSION_OF_EX.code()
+}
+
+/// The version of ftMscLibEx, under the name that its header gives `ftxGetLibVersionStr`.
+#[no_mangle]
+pub(crate) extern "C" fn ftxGetLibVersionStrEx(to: TextOut, size: u32) -> u32 {
+    text(to, size, || Some(VERSION_OF_EX.text()))
 }
 
 /// The name of an error code (kind 0), or what it means (kind 1).
@@ -152,11 +198,14 @@ pub(crate) extern "C" fn GetRoboTxFwStr(
     master_text(handle, controller, to, size, firmware_text)
 }
 
-/// The controller's firmware as a number: 00 04 06 06 for 4.6.6.
+/// The controller's firmware as a number, after that of the library that a TX has stored: 00 06 04 06 for 4.6.6.
 #[no_mangle]
 pub(crate) extern "C" fn GetRoboTxFwVal(handle: Handle, controller: c_int, to: Out<u32>) -> u32 {
     with_area(handle, controller, |device, _| match controller {
-        0 => to.put(device.controller().firmware.code() >> 8),
+        0 => {
+            let [major, minor, ..] = device.controller().firmware.code().to_be_bytes();
+            to.put(u32::from_be_bytes([0, ROBOLIB_DLL, major, minor]))
+        }
         _ => Err(FTLIB_ERR_FAILED),
     })
 }
@@ -183,7 +232,7 @@ pub(crate) extern "C" fn GetRoboTxSerialStr(
     text(to, size, || None)
 }
 
-/// The version of this library, for a controller.
+/// The number of the library that a TX has stored, in two digits.
 #[no_mangle]
 pub(crate) extern "C" fn GetRoboTxDllStr(
     handle: Handle,
@@ -191,7 +240,7 @@ pub(crate) extern "C" fn GetRoboTxDllStr(
     to: TextOut,
     size: u32,
 ) -> u32 {
-    master_text(handle, controller, to, size, |_| version_text())
+    master_text(handle, controller, to, size, |_| format!("{ROBOLIB_DLL:02}"))
 }
 
 /// Renews the information in an area. It is always what is known.

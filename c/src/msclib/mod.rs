@@ -1,6 +1,6 @@
 //! ftMscLib: the library by which PC programs control a ROBO TX, for a TXT.
 //!
-//! All 82 functions are exported under their names, as `extern "C"`; the callbacks that a program gives are
+//! All 82 functions, and the 28 of ftMscLibEx, are exported under their names, as `extern "C"`; the callbacks that a program gives are
 //! `extern "system"`. What is exported does not read memory of the program itself: [`arguments`] does.
 //!
 //! | file | what it has |
@@ -8,6 +8,8 @@
 //! | `library` | the state of the library: whether it is initialized, its devices and their handles |
 //! | `device` | one open device: its areas, its transfer, its I2C |
 //! | `callbacks` | the thread that calls the program back |
+//! | `kinds` | the kinds of callbacks, and what they are told |
+//! | `changes` | which changes of inputs a program is told |
 //! | `arguments` | what C passes: texts, places for values, `bool` |
 //! | all others | the exported functions, by their groups |
 //!
@@ -26,12 +28,15 @@ mod absent;
 mod arguments;
 mod bluetooth;
 mod callbacks;
+mod changes;
 mod configuration;
 mod device;
 mod devices;
+mod extended;
 mod i2c;
 mod information;
 mod inputs;
+mod kinds;
 mod library;
 mod older;
 mod outputs;
@@ -47,8 +52,7 @@ use arguments::Handle;
 use device::Device;
 use library::LIBRARY;
 
-/// The version of the interface that this library reports.
-const VERSION: [u8; 3] = [1, 5, 11];
+pub use information::report_version_of_ex;
 
 /// Runs a call that answers with a code.
 fn answer(call: impl FnOnce() -> Result<(), u32>) -> u32 {

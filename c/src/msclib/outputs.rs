@@ -2,12 +2,13 @@
 
 use std::ffi::c_int;
 
-use ft_transfer_area::transfer_area::{IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
+use ft_transfer_area::transfer_area::{DUTY_MAX, IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
 use ft_transfer_area::tx::check_duty;
 
 use super::arguments::Handle;
-use super::callbacks::{self, Event, EventCallback};
+use super::callbacks;
 use super::device::Device;
+use super::kinds::{Event, EventCallback, EventCallback1};
 use super::library::LIBRARY;
 use super::{index, number, with_area};
 use crate::errors::FTLIB_ERR_INVALID_PARAM;
@@ -81,9 +82,10 @@ fn with_outputs(
     })
 }
 
-/// A duty that an output can have.
+/// A duty that an output can have. A program that computes one, such as 5.2 times a percentage, gets full power above
+/// it.
 fn duty_of(given: c_int) -> Result<i16, u32> {
-    check_duty(given).map_err(|_| FTLIB_ERR_INVALID_PARAM)
+    check_duty(given.min(DUTY_MAX.into())).map_err(|_| FTLIB_ERR_INVALID_PARAM)
 }
 
 /// The duties of a motor's two outputs: 0 is clockwise, 1 counter-clockwise.
@@ -153,17 +155,36 @@ pub(crate) extern "C" fn StartMotorExCmd(
     slave_direction: c_int,
     pulses: c_int,
 ) -> u32 {
+    let slaves = [(slave, slave_direction)];
+    start_motors(handle, controller, (motor, direction), &slaves, duty, pulses)
+}
+
+/// Turns a motor and those that follow it; each is given with its direction.
+pub(super) fn start_motors(
+    handle: Handle,
+    controller: c_int,
+    (motor, direction): (c_int, c_int),
+    slaves: &[(c_int, c_int)],
+    duty: c_int,
+    pulses: c_int,
+) -> u32 {
     with_outputs(handle, controller, |outputs| {
         let motor = index(motor, IZ_MOTOR)?;
         let (duty, pulses) = (duty_of(duty)?, number(pulses, u16::MAX)?);
         let own_duties = duties(duty, direction)?;
-        let slave = match index(slave, IZ_MOTOR).ok().filter(|slave| *slave != motor) {
-            Some(slave) => Some((slave, duties(duty, slave_direction)?)),
-            None => None,
-        };
+        let mut followers = [None; IZ_MOTOR];
+        for (slave, direction) in slaves {
+            let is_other = |slave: &usize| *slave != motor;
+            let Some(slave) = index(*slave, IZ_MOTOR).ok().filter(is_other) else { continue };
+            if followers[slave].replace(duties(duty, *direction)?).is_some() {
+                return Err(FTLIB_ERR_INVALID_PARAM);
+            }
+        }
         outputs.command(motor, own_duties, pulses, 0);
-        if let Some((slave, duties)) = slave {
-            outputs.command(slave, duties, pulses, motor as u8 + 1);
+        for (slave, duties) in followers.into_iter().enumerate() {
+            if let Some(duties) = duties {
+                outputs.command(slave, duties, pulses, motor as u8 + 1);
+            }
         }
         Ok(())
     })
@@ -189,23 +210,23 @@ pub(crate) extern "C" fn StopMotorExCmd(handle: Handle, controller: c_int, motor
 
 /// Has this called when a counter has been reset; null takes it away.
 #[no_mangle]
-pub(crate) extern "C" fn SetCBCounterResetted(callback: Option<EventCallback>) {
-    set(Event::CounterResetted, callback);
+pub(crate) extern "C" fn SetCBCounterResetted(callback: Option<EventCallback1>) {
+    set(Event::CounterResetted, callback.map(EventCallback::Alone));
 }
 
 /// Has this called when a motor has done its distance; null takes it away.
 #[no_mangle]
-pub(crate) extern "C" fn SetCBMotorExReached(callback: Option<EventCallback>) {
-    set(Event::MotorExReached, callback);
+pub(crate) extern "C" fn SetCBMotorExReached(callback: Option<EventCallback1>) {
+    set(Event::MotorExReached, callback.map(EventCallback::Alone));
 }
 
 /// Has this called when an extension has come (1) or gone (0); null takes it away.
 #[no_mangle]
-pub(crate) extern "C" fn SetCBRoboExtState(callback: Option<EventCallback>) {
-    set(Event::RoboExtState, callback);
+pub(crate) extern "C" fn SetCBRoboExtState(callback: Option<EventCallback1>) {
+    set(Event::RoboExtState, callback.map(EventCallback::Alone));
 }
 
 /// Sets a callback. When it returns, the one before is not running, unless this is called by it.
-fn set(event: Event, callback: Option<EventCallback>) {
+pub(super) fn set(event: Event, callback: Option<EventCallback>) {
     guarded((), || callbacks::set(event, callback, || LIBRARY.callbacks()));
 }

@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 
 use parking_lot::Mutex;
 
+use super::keys;
 use crate::exit;
 use crate::ffi::{caught, text_of};
 
@@ -14,20 +15,26 @@ use crate::ffi::{caught, text_of};
 const NO_KEYS: c_int = -1;
 /// How long the rest of a key's sequence may take.
 const REST_OF_KEY_MS: c_int = 20;
-const ESCAPE: u8 = 27;
+pub(super) const ESCAPE: u8 = 27;
 const INPUT: c_int = libc::STDIN_FILENO;
+/// How much waits for a program that reads no keys; then the oldest ones are lost.
+const MOST_KEYS: usize = 1024;
 
 /// What was read and not yet taken.
 static KEYS: Mutex<VecDeque<u8>> = Mutex::new(VecDeque::new());
 /// How the terminal was before the first key.
 static BEFORE: OnceLock<libc::termios> = OnceLock::new();
 
+/// Whether the input is a terminal in which this program is in front. One in the background would be stopped for
+/// using it.
+fn is_in_front() -> bool {
+    // SAFETY: plain questions to the system.
+    unsafe { libc::isatty(INPUT) == 1 && libc::tcgetpgrp(INPUT) == libc::getpgrp() }
+}
+
 /// Lets keys through one by one, without showing them, until [`lines_again`]. Ctrl-C still ends the program.
 fn single_keys() {
-    // SAFETY: plain questions to the system.
-    let is_ours = unsafe { libc::isatty(INPUT) == 1 && libc::tcgetpgrp(INPUT) == libc::getpgrp() };
-    // A program in the background would be stopped for changing the terminal.
-    if !is_ours {
+    if !is_in_front() {
         return;
     }
     // SAFETY: all bits 0 are such a struct, and it is there.
@@ -70,8 +77,27 @@ fn read_keys(keys: &mut VecDeque<u8>, wait_ms: c_int) -> bool {
         libc::read(INPUT, bytes.as_mut_ptr().cast(), bytes.len())
     };
     let Ok(count) = usize::try_from(count) else { return false };
+    keys::note(&bytes[..count]);
     keys.extend(&bytes[..count]);
+    keys.drain(..keys.len().saturating_sub(MOST_KEYS));
     count > 0
+}
+
+/// Reads what a terminal has, for those who ask whether a key is down.
+pub(super) fn read_terminal() {
+    let mut keys = KEYS.lock();
+    if is_in_front() {
+        single_keys();
+        while read_keys(&mut keys, 0) {}
+    }
+}
+
+/// Forgets what was not read.
+pub(super) fn forget() {
+    let mut keys = KEYS.lock();
+    keys.clear();
+    // SAFETY: a call without pointers.
+    unsafe { libc::tcflush(INPUT, libc::TCIFLUSH) };
 }
 
 /// The second code of a key without a character, after 224.
@@ -91,17 +117,19 @@ fn code_of(sequence: &[u8]) -> Option<u8> {
     })
 }
 
+/// The code of what follows an escape character, and how many bytes it has.
+pub(super) fn code_at(bytes: &[u8]) -> Option<(u8, usize)> {
+    (2..=3).find_map(|length| Some((code_of(bytes.get(..length)?)?, length)))
+}
+
 /// Takes a key from what was read, with the codes of Windows.
 fn take(keys: &mut VecDeque<u8>) -> Option<c_int> {
     let key = keys.pop_front()?;
     if key == ESCAPE {
-        for length in 2..=3 {
-            let sequence: Vec<_> = keys.iter().take(length).copied().collect();
-            if let Some(code) = code_of(&sequence) {
-                keys.drain(..length);
-                keys.push_front(code);
-                return Some(224);
-            }
+        if let Some((code, length)) = code_at(keys.make_contiguous()) {
+            keys.drain(..length);
+            keys.push_front(code);
+            return Some(224);
         }
     }
     Some(

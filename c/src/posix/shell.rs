@@ -1,10 +1,10 @@
-//! `system`, the C library's function for commands, with the command `pause` of Windows. No other system has it,
-//! and programs wait with it before their window closes.
+//! `system`, the C library's function for commands, with those of Windows that programs use for their console: `pause`,
+//! with which they wait before their window closes, `cls`, `color` and `title`.
 
 use std::ffi::{c_char, c_int, CStr};
 use std::mem::transmute;
 
-use super::keyboard;
+use super::{console, keyboard};
 use crate::ffi::{caught, text_of};
 
 type System = unsafe extern "C" fn(*const c_char) -> c_int;
@@ -12,7 +12,7 @@ type System = unsafe extern "C" fn(*const c_char) -> c_int;
 /// What `system` answers when it could do nothing.
 const NOTHING: c_int = -1;
 
-/// Runs a command of the shell, or waits for a key.
+/// Runs a command of the shell, or does what one of Windows does.
 ///
 /// # Safety
 ///
@@ -21,9 +21,9 @@ const NOTHING: c_int = -1;
 pub unsafe extern "C" fn system(command: *const c_char) -> c_int {
     // SAFETY: as the caller promises.
     let text = unsafe { text_of(command) }.unwrap_or_default();
-    match pause(&text) {
-        Some(is_silent) => caught(NOTHING, || {
-            wait_for_key(is_silent);
+    match OfWindows::new(&text) {
+        Some(command) => caught(NOTHING, || {
+            command.run();
             0
         }),
         // SAFETY: the C library's, with what the caller has given.
@@ -31,14 +31,43 @@ pub unsafe extern "C" fn system(command: *const c_char) -> c_int {
     }
 }
 
-/// Whether a command is `pause`, and then whether it shows nothing, as in `pause > nul`.
-fn pause(command: &str) -> Option<bool> {
-    let command = command.trim().trim_end_matches(';').to_ascii_lowercase();
-    let rest = command.strip_prefix("pause")?.replace(' ', "");
-    match rest.as_str() {
-        "" => Some(false),
-        ">nul" | ">/dev/null" => Some(true),
-        _ => None,
+/// A command of Windows.
+#[derive(Debug, PartialEq)]
+enum OfWindows {
+    /// Whether it shows nothing, as in `pause > nul`.
+    Pause {
+        is_silent: bool,
+    },
+    Cls,
+    Color(u16),
+    Title(String),
+}
+
+impl OfWindows {
+    fn new(command: &str) -> Option<Self> {
+        let command = command.trim().trim_end_matches(';');
+        let (name, rest) = command.split_at(command.find([' ', '>']).unwrap_or(command.len()));
+        let short = rest.replace(' ', "").to_ascii_lowercase();
+        Some(match (name.to_ascii_lowercase().as_str(), short.as_str()) {
+            ("pause", "") => Self::Pause { is_silent: false },
+            ("pause", ">nul" | ">/dev/null") => Self::Pause { is_silent: true },
+            ("cls", "") => Self::Cls,
+            ("color", "") => Self::Color(7),
+            ("color", digits) if digits.len() <= 2 => {
+                Self::Color(u16::from_str_radix(digits, 16).ok()?)
+            }
+            ("title", title) if !title.is_empty() => Self::Title(rest.trim().into()),
+            _ => return None,
+        })
+    }
+
+    fn run(self) {
+        match self {
+            Self::Pause { is_silent } => wait_for_key(is_silent),
+            Self::Cls => _ = console::control("\x1b[2J\x1b[3J\x1b[H"),
+            Self::Color(attributes) => console::set_colours(attributes),
+            Self::Title(title) => console::set_title(&title),
+        }
     }
 }
 
@@ -68,14 +97,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pause_is_known_as_programs_write_it() {
+    fn commands_of_windows_are_known_as_programs_write_them() {
+        let of = OfWindows::new;
         for command in ["pause", "PAUSE", " pause ", "pause;"] {
-            assert_eq!(pause(command), Some(false), "{command}");
+            assert_eq!(of(command), Some(OfWindows::Pause { is_silent: false }), "{command}");
         }
-        assert_eq!(pause("pause > nul"), Some(true));
-        assert_eq!(pause("Pause>NUL"), Some(true));
-        for command in ["", "pauses", "echo pause", "./pause.sh"] {
-            assert_eq!(pause(command), None, "{command}");
+        for command in ["pause > nul", "Pause>NUL"] {
+            assert_eq!(of(command), Some(OfWindows::Pause { is_silent: true }), "{command}");
+        }
+        assert_eq!(of("CLS"), Some(OfWindows::Cls));
+        assert_eq!(
+            (of("color 0A"), of("Color")),
+            (Some(OfWindows::Color(0xA)), Some(OfWindows::Color(7)))
+        );
+        assert_eq!(of("title Gate 1"), Some(OfWindows::Title("Gate 1".into())));
+        for command in
+            ["", "pauses", "echo pause", "./pause.sh", "clsx", "color red", "title", "cls | x"]
+        {
+            assert_eq!(of(command), None, "{command}");
         }
     }
 }

@@ -92,6 +92,67 @@ pub unsafe extern "C" fn strnicmp(
     unsafe { _strnicmp(one, other, length) }
 }
 
+/// Changes each letter of a text, and returns the text.
+///
+/// # Safety
+///
+/// `text` is null or a text that ends with 0, which this call alone uses.
+unsafe fn change_letters(text: *mut c_char, change: fn(&mut u8)) -> *mut c_char {
+    if !text.is_null() {
+        // SAFETY: as the caller promises.
+        let letters = unsafe {
+            let length = CStr::from_ptr(text).to_bytes().len();
+            std::slice::from_raw_parts_mut(text.cast::<u8>(), length)
+        };
+        letters.iter_mut().for_each(change);
+    }
+    text
+}
+
+/// Makes all letters small.
+///
+/// # Safety
+///
+/// `text` is null or a text that ends with 0, which this call alone uses.
+#[no_mangle]
+pub unsafe extern "C" fn _strlwr(text: *mut c_char) -> *mut c_char {
+    // SAFETY: as the caller promises.
+    unsafe { change_letters(text, u8::make_ascii_lowercase) }
+}
+
+/// As [`_strlwr`].
+///
+/// # Safety
+///
+/// As for [`_strlwr`].
+#[no_mangle]
+pub unsafe extern "C" fn strlwr(text: *mut c_char) -> *mut c_char {
+    // SAFETY: as the caller promises.
+    unsafe { _strlwr(text) }
+}
+
+/// Makes all letters capital.
+///
+/// # Safety
+///
+/// As for [`_strlwr`].
+#[no_mangle]
+pub unsafe extern "C" fn _strupr(text: *mut c_char) -> *mut c_char {
+    // SAFETY: as the caller promises.
+    unsafe { change_letters(text, u8::make_ascii_uppercase) }
+}
+
+/// As [`_strupr`].
+///
+/// # Safety
+///
+/// As for [`_strlwr`].
+#[no_mangle]
+pub unsafe extern "C" fn strupr(text: *mut c_char) -> *mut c_char {
+    // SAFETY: as the caller promises.
+    unsafe { _strupr(text) }
+}
+
 /// Writes a text to the error output.
 ///
 /// # Safety

@@ -4,7 +4,7 @@ use std::mem::MaybeUninit;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::OnceLock;
 
-use crate::posix::lines_again;
+use crate::posix::terminal_again;
 
 /// How it was before, and whether it is different now.
 static BEFORE: OnceLock<libc::termios> = OnceLock::new();
@@ -38,7 +38,7 @@ fn set(settings: &libc::termios) {
 
 /// Makes the terminal as it was, also when the program has changed it by `_kbhit`. Does not allocate and takes no lock.
 pub(super) fn restore() {
-    lines_again();
+    terminal_again();
     if CHANGED.swap(false, Ordering::AcqRel) {
         if let Some(before) = BEFORE.get() {
             set(before);

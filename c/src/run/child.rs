@@ -26,6 +26,9 @@ pub(crate) struct Ended {
     pub(crate) words: Vec<String>,
 }
 
+/// What is said of a simulated TXT whose program could not stop it.
+const ENDS_WITH_US: &str = "it could send no last exchange; its simulated TXT ends now";
+
 /// How often is looked at the program.
 const LOOK: Duration = Duration::from_millis(10);
 
@@ -48,10 +51,12 @@ pub(crate) fn run(
     signals::begin_program();
     let mut child = command.spawn()?;
     let id = signals::pass_on_to(&child);
+    let mut was_left = false;
     let status = loop {
         match child.try_wait() {
             Ok(None) if online.is_left() => {
-                stop_left(&online, target).iter().for_each(|it| say(it))
+                was_left = true;
+                stop_left(&online, target).iter().for_each(|it| say(it));
             }
             Ok(None) => thread::sleep(LOOK),
             Ok(Some(status)) => break Ok(status),
@@ -61,9 +66,15 @@ pub(crate) fn run(
     signals::stop_passing_on(id);
     let status = status?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
+    let is_crash = status.code().is_none_or(signals::is_crash);
     let (status, word) = end_of(&name, program.entry, status);
     let forks = end_forks(&program.path).then(|| format!("what {name} has left running was ended"));
-    let words = word.into_iter().chain(forks).chain(stop_left(&online, target)).collect();
+    let stopped = stop_left(&online, target);
+    // All that it began has ended by its own last exchange.
+    let is_off = stopped.is_empty() && !was_left;
+    let word =
+        word.map(|word| if is_crash && is_off { word + "; all outputs are off" } else { word });
+    let words = word.into_iter().chain(forks).chain(stopped).collect();
     Ok(Ended { status, words })
 }
 
@@ -83,7 +94,11 @@ fn stop_left(online: &Online, target: &Target) -> Vec<String> {
         Target::Host(_) => None,
         Target::Simulated { .. } | Target::Shown { .. } => Some(target.host()),
     };
-    online.stop_left(simulated.as_deref()).into_iter().map(words_of_stop).collect()
+    let ends = simulated.as_ref().is_some_and(|host| online.has_left(host));
+    let ends = ends.then(|| String::from(ENDS_WITH_US));
+    ends.into_iter()
+        .chain(online.stop_left(simulated.as_deref()).into_iter().map(words_of_stop))
+        .collect()
 }
 
 fn words_of_stop(stopped: Result<(), Error>) -> String {

@@ -14,8 +14,8 @@ pub(crate) enum Language {
 }
 
 impl Language {
-    /// That of a source; `None` for another file.
-    fn of(file: &Path) -> Option<Self> {
+    /// That of a source by its name; `None` for another file.
+    pub(crate) fn of(file: &Path) -> Option<Self> {
         let name = file.file_name().unwrap_or_default().to_string_lossy();
         let is_capital = !name.contains(char::is_lowercase);
         match file.extension().and_then(OsStr::to_str)? {

@@ -27,6 +27,7 @@ const HEADERS: &[(&str, Kind)] = &[
     ("ftprointerface2013transferareacomex1.h", Kind::FtTxtLib),
     ("kelibtxtdl.h", Kind::KeLib),
     ("ftprointerface2013transferareacom.h", Kind::Kit),
+    ("ftmsclibex.h", Kind::MscLib),
     ("ftmsclib.h", Kind::MscLib),
     ("robo_tx_prg.h", Kind::Downloaded),
     ("fterrcode.h", Kind::MscLib),
@@ -34,6 +35,15 @@ const HEADERS: &[(&str, Kind)] = &[
     ("ftshmemtxt.h", Kind::Kit466),
     ("ftshmem.h", Kind::KeLib),
 ];
+
+/// Those of the TXT that no compiler for C has ever taken: that for downloaded programs has `extern "C"` as it stands,
+/// and the others have classes. Each is the beginning of a name.
+const IN_CPP: [&str; 3] = ["kelibtxtdl.h", "ftprointerface2013transferareacom", "fttxtlib.h"];
+
+/// Whether a header, named in lower case and without folders, is one of the TXT in C++.
+pub(crate) fn is_in_cpp(name: &str) -> bool {
+    IN_CPP.iter().any(|beginning| name.starts_with(beginning))
+}
 
 /// What programs use of kit 4.6.6 that kit 4.1.6 does not have.
 const OF_KIT_4_6_6: &[&str] = &["IF_TXT_MAX", "ShmIfId_TXT", "AreaComHandlerEx", "DoTransfer("];
@@ -50,6 +60,14 @@ impl Kind {
         match reported?.1 {
             Self::Kit if texts.any(is_of_kit_4_6_6) => Some(Self::Kit466),
             kind => Some(kind),
+        }
+    }
+
+    /// Whether it is for the TXT, whose compiler was g++.
+    pub(crate) fn is_for_txt(self) -> bool {
+        match self {
+            Self::KeLib | Self::Kit | Self::Kit466 | Self::FtTxtLib => true,
+            Self::Downloaded | Self::MscLib => false,
         }
     }
 

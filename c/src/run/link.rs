@@ -66,7 +66,8 @@ pub(crate) fn link(
     let said = String::from_utf8_lossy(&output.stderr);
     let names: Vec<String> = libraries.iter().filter_map(|word| library_name(word)).collect();
     let libraries = packages::advice_for_libraries(&said, names.iter().map(String::as_str));
-    let advice = packages::advice_for_names(&said, &names);
+    let sources: Vec<&Path> = inputs.sources.iter().map(|source| &*source.path).collect();
+    let advice = packages::advice_for_names(&said, &names, &sources);
     Err(format!("the program can't be linked{libraries}{advice}").into())
 }
 

@@ -40,6 +40,11 @@ impl Online {
         files.filter_map(|file| host(&file).map(|host| (file, host))).collect()
     }
 
+    /// Whether a transfer to this host is left.
+    pub(crate) fn has_left(&self, host: &str) -> bool {
+        self.left().values().any(|left| left == host)
+    }
+
     /// Sends a last exchange to each controller that was left, except to this one. They are left no more then, also
     /// those that could not be stopped.
     pub(crate) fn stop_left(&self, but: Option<&str>) -> Vec<Result<(), Error>> {

@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use lexopt::prelude::{Long, Short, Value};
 use lexopt::ValueExt;
 
+use crate::inputs::Language;
+
 pub(crate) const HELP: &str = "\
 Compiles and runs C and C++ programs that were written for the ROBO TX or the TXT, as they are.
 
@@ -21,6 +23,7 @@ sources that lie directly in it, without those in the folders below it.
   --show         without a host: show the world on a page in the browser, and press its buttons there
   -I FOLDER      look for headers in this folder, too
   -D NAME[=TEXT] define a name in all sources
+  -x c, -x c++   take the sources .c for C, or for C++, which they are in a program for the TXT
   -std=STANDARD  such as c++17 for the sources in C++, or c11 for those in C
   -L FOLDER      look for libraries in this folder, too
   -l NAME        link the program to this library
@@ -43,6 +46,8 @@ pub(crate) struct Options {
     pub(crate) definitions: Vec<OsString>,
     /// Standards of C and of C++.
     pub(crate) standards: Vec<String>,
+    /// That of the sources `.c`, if it is named.
+    pub(crate) language: Option<Language>,
     pub(crate) library_folders: Vec<PathBuf>,
     /// What follows `-l`.
     pub(crate) libraries: Vec<OsString>,
@@ -73,6 +78,7 @@ impl Options {
                 Short('D') => options.definitions.push(parser.value()?),
                 Short('L') => options.library_folders.push(parser.value()?.into()),
                 Short('l') => options.libraries.push(parser.value()?),
+                Short('x') => options.language = Some(language(parser.value()?)?),
                 Short('s') => options.standards.push(standard(parser.optional_value())?),
                 Short(other) => {
                     let rest = parser.optional_value().unwrap_or_default();
@@ -95,6 +101,14 @@ impl Options {
             );
         }
         Ok(Some(options))
+    }
+}
+
+fn language(named: OsString) -> Result<Language, lexopt::Error> {
+    match named.to_str() {
+        Some("c") => Ok(Language::C),
+        Some("c++") => Ok(Language::Cpp),
+        _ => Err(format!("the language {} is not known: c or c++", named.to_string_lossy()).into()),
     }
 }
 
@@ -142,13 +156,15 @@ mod tests {
 
     #[test]
     fn options_of_compilers_are_taken_as_compilers_take_them() {
-        let line = "-Iinc -I more -DA=1 -D B -std=c++17 -std=c11 -Llibs -L far -lone -l two a.c";
+        let line =
+            "-Iinc -I more -DA=1 -D B -std=c++17 -std=c11 -x c++ -Llibs -L far -lone -l two a.c";
         let options = parse(&line.split(' ').collect::<Vec<_>>());
         let expected = Options {
             files: vec!["a.c".into()],
             include_folders: vec!["inc".into(), "more".into()],
             definitions: vec!["A=1".into(), "B".into()],
             standards: vec!["c++17".into(), "c11".into()],
+            language: Some(Language::Cpp),
             library_folders: vec!["libs".into(), "far".into()],
             libraries: vec!["one".into(), "two".into()],
             ..Options::default()
@@ -166,6 +182,7 @@ mod tests {
             let sentence = parse(&["a.c", option]).unwrap_err();
             assert!(sentence.contains(option) && sentence.contains("CFLAGS"), "{sentence}");
         }
+        assert!(parse(&["a.c", "-x", "f77"]).unwrap_err().contains("f77"));
         assert!(parse(&["a.c", "-I"]).unwrap_err().contains("-I"));
     }
 }

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use crate::missing;
+
 /// A library, the beginning of the names of its headers, and its package in Debian. A name that ends with `*` is
 /// the beginning of several. The first that fits counts.
 const PACKAGES: &[(&str, &str, &str)] = &[
@@ -88,15 +90,20 @@ pub(crate) fn advice_for_libraries<'a>(
     advice
 }
 
-/// Which libraries have names that a linker has not found, without those that it was given.
-pub(crate) fn advice_for_names(said: &str, given: &[String]) -> String {
-    let missing: Vec<&str> = said.lines().filter_map(missing_name).collect();
+/// Which libraries have names that a linker has not found, without those that it was given; and which of the program's
+/// files have the others. `sources` are those that were compiled.
+pub(crate) fn advice_for_names(said: &str, given: &[String], sources: &[&Path]) -> String {
+    let mut missing: Vec<&str> = said.lines().filter_map(missing_name).collect();
+    missing.sort_unstable();
+    missing.dedup();
     let is_missing = |beginning: &str| missing.iter().any(|name| name.starts_with(beginning));
     let lacks = |library: &str| !given.iter().any(|name| name == library);
     let found = NAMES.iter().filter(|(beginning, library)| lacks(library) && is_missing(beginning));
-    found
+    let advice: String = found
         .map(|(beginning, library)| format!("; {beginning} is in a library: add -l {library}"))
-        .collect()
+        .collect();
+    missing.retain(|name| !NAMES.iter().any(|(beginning, _)| name.starts_with(beginning)));
+    advice + &missing::advice_for_names(&missing, sources)
 }
 
 /// What is called but not there, in a line of a linker. Of `vtable for a::B` and of `int a::b<int>(c::D)` it is
@@ -120,8 +127,8 @@ fn is_missed(said: &str, name: &str) -> bool {
         || said.match_indices(&option).any(|(at, _)| is_end(&said[at + option.len()..]))
 }
 
-/// What to do about a header that a compiler has not found; empty when it is unknown.
-pub(crate) fn advice_for_header(said: &str) -> String {
+/// What to do about a header that a compiler has not found in a source; `None` when it has found all.
+pub(crate) fn advice_for_header(said: &str, source: &Path) -> Option<String> {
     let header = said.lines().find_map(|line| {
         let (before, _) = line.split_once(": No such file")?;
         before.rsplit_once(' ').map(|(_, header)| header)
@@ -133,13 +140,13 @@ pub(crate) fn advice_for_header(said: &str) -> String {
     // Colours come between the words.
     let header =
         header.map(|header| header.trim_start_matches(|first: char| !first.is_alphanumeric()));
-    let Some(header) = header else { return String::new() };
+    let header = header?;
     let is_there = |folder: &&str| Path::new(folder).join(header).is_file();
-    match (FOLDERS.into_iter().find(is_there), of_header(header)) {
+    Some(match (FOLDERS.into_iter().find(is_there), of_header(header)) {
         (Some(folder), _) => format!("; {header} is found with -I {folder}"),
         (None, Some(package)) => format!("; {header} is in Debian's package {package}"),
-        (None, None) => String::new(),
-    }
+        (None, None) => missing::advice_for_header(header, source),
+    })
 }
 
 #[cfg(test)]
@@ -170,25 +177,30 @@ mod tests {
         let gnu = "/usr/bin/ld: a.o: in function `cv::f()':\na.cpp:1: undefined reference to `vtable for fmt::v9::A'\n\
                    a.cpp:2: undefined reference to `Json::Value::Value(int)'\n\
                    a.cpp:3: undefined reference to `own::call(mqtt::client&)'\n";
-        let advice = advice_for_names(gnu, &[String::from("jsoncpp")]);
-        assert_eq!(advice, "; fmt:: is in a library: add -l fmt");
+        let advice = advice_for_names(gnu, &[String::from("jsoncpp")], &[]);
+        let own = "; no source here has own::call: a file is missing, or a library (-l)";
+        assert_eq!(advice, format!("; fmt:: is in a library: add -l fmt{own}"));
+        let advice = "; fmt:: is in a library: add -l fmt";
         let lld = "ld.lld: error: undefined symbol: char fmt::v9::point<char>(int)\n";
-        assert_eq!(advice_for_names(lld, &[]), advice);
+        assert_eq!(advice_for_names(lld, &[], &[]), advice);
         let apple =
             "Undefined symbols:\n  \"fmt::v9::f()\", referenced from:\n      own::g() in a.o\n";
-        assert_eq!(advice_for_names(apple, &[]), advice);
+        assert_eq!(advice_for_names(apple, &[], &[]), advice);
     }
 
     #[test]
     fn the_package_of_a_header_that_is_missing_is_named() {
+        let advice_for_header = |said| advice_for_header(said, Path::new("/none/src/a.cpp"));
         let gcc = "a.cpp:3:10: fatal error: json/no.h: No such file or directory\n";
-        assert_eq!(advice_for_header(gcc), "; json/no.h is in Debian's package libjsoncpp-dev");
+        let advice = advice_for_header(gcc).unwrap();
+        assert_eq!(advice, "; json/no.h is in Debian's package libjsoncpp-dev");
         let clang = "a.cpp:1:10: fatal error: 'MQTTClient.h' file not found\n";
         assert_eq!(
-            advice_for_header(clang),
+            advice_for_header(clang).unwrap(),
             "; MQTTClient.h is in Debian's package libpaho-mqtt-dev"
         );
-        assert_eq!(advice_for_header("a.cpp:1:10: fatal error: own.h: No such file\n"), "");
-        assert_eq!(advice_for_header("a.cpp:1:1: error: 'json' was not declared\n"), "");
+        let own = advice_for_header("a.cpp:1:10: fatal error: own.h: No such file\n").unwrap();
+        assert!(own.contains("own.h is missing: name its folder with -I"), "{own}");
+        assert_eq!(advice_for_header("a.cpp:1:1: error: 'json' was not declared\n"), None);
     }
 }

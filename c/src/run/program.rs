@@ -5,11 +5,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::cache::Cache;
-use crate::compiler::Compilers;
+use crate::compiler::{self, Compilers};
 use crate::inputs::{Inputs, Language, Source};
 use crate::kind::Kind;
+use crate::language;
 use crate::link;
 use crate::options::Options;
+use crate::sources::OwnFiles;
 use crate::symbols::{self, Entry};
 use crate::work::{self, Plan};
 use crate::Sentence;
@@ -26,10 +28,14 @@ pub(crate) struct Program {
 
 /// Compiles and links a program in the build folder.
 pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence> {
-    let inputs = Inputs::of(&options.files)?;
+    let mut inputs = Inputs::of(&options.files)?;
     let library = link::library()?;
+    let sources = inputs.sources.iter().map(|source| source.path.as_path());
+    let own = OwnFiles::read(sources, &compiler::include_folders(options))
+        .map_err(|(file, error)| format!("{} can't be read: {error}", file.display()))?;
+    language::choose(&mut inputs.sources, &own, options);
     let mut compilers = Compilers::find(&inputs, options)?;
-    let plan = Plan::new(&inputs, options, &compilers, build)?;
+    let plan = Plan::new(&own, &compilers, build)?;
     plan.tell_what_is_passed_over();
     let cache = Cache::of_user();
     let mut compiled = work::compile_all(&inputs.sources, &compilers, &plan, &cache)?;

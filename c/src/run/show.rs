@@ -5,6 +5,7 @@ use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, ErrorKind};
 use std::process::{Child, Command, Stdio};
 
+use crate::target::several;
 use crate::{say, signals, Sentence};
 
 /// A running `txt simulate --show`. It ends with this value.
@@ -39,9 +40,7 @@ impl Shown {
         // Without a page it has said why.
         let page = page.ok_or("txt shows no world")?;
         if shown.address.is_empty() {
-            return Err("this world has several controllers, and a program drives one: start it with txt simulate \
-                        --show, and give the program an address with --host"
-                .into());
+            return Err(several(&world.to_string_lossy()));
         }
         say(&format!("the world is shown at {page}"));
         Ok(shown)

@@ -1,6 +1,6 @@
 //! What sources include, as far as their text shows it, and which of the program's own files that is.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fs;
 use std::io;
 use std::ops::Range;
@@ -86,6 +86,23 @@ impl OwnFiles {
             includes.push(include);
         }
         self.files.insert(file.to_owned(), OwnFile { text, includes });
+    }
+
+    /// The names of all headers that a source includes, directly or not.
+    pub(crate) fn reached_from(&self, source: &Path) -> BTreeSet<String> {
+        let mut names = BTreeSet::new();
+        let mut seen = BTreeSet::new();
+        let mut next = vec![source];
+        while let Some(file) = next.pop() {
+            if !seen.insert(file) {
+                continue;
+            }
+            for include in self.files.get(file).into_iter().flat_map(|file| &file.includes) {
+                names.insert(include.name());
+                next.extend(include.own.as_ref().map(|own| own.file.as_path()));
+            }
+        }
+        names
     }
 
     /// All includes of all files.

@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::path::Path;
 
-use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::world::{Factory, World};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::options::Options;
@@ -66,9 +66,26 @@ impl Target {
     }
 }
 
+/// What to do with a world for several programs.
+pub(crate) fn several(world: &str) -> Sentence {
+    format!(
+        "the world {world} has several controllers, and a program drives one: start it with txt simulate --world \
+         {world}, and give each program the address of its controller with --host"
+    )
+    .into()
+}
+
+fn is_shipped_factory(name: &str) -> bool {
+    Factory::SHIPPED.contains(&name)
+}
+
 /// The world with this name, or in this file.
 fn read_world(name: &OsStr) -> Result<Option<World>, Sentence> {
     let path = Path::new(name);
+    let has_several = |factory: Factory| factory.controllers.len() > 1;
+    if Factory::load(path).is_ok_and(has_several) || name.to_str().is_some_and(is_shipped_factory) {
+        return Err(several(&name.to_string_lossy()));
+    }
     let is_file = path.extension().is_some() || path.components().count() > 1;
     match name.to_str() {
         Some("none") => Ok(None),

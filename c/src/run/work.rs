@@ -8,14 +8,14 @@ use std::sync::Mutex;
 use std::thread;
 
 use crate::cache::Cache;
-use crate::compiler::{self, Compiler, Compilers};
+use crate::compiler::{Compiler, Compilers};
 use crate::copies::Copies;
 use crate::headers::Headers;
-use crate::inputs::{Inputs, Source};
+use crate::inputs::Source;
 use crate::key::{self, Key};
 use crate::kind::Kind;
+use crate::language;
 use crate::link::folder_of;
-use crate::options::Options;
 use crate::packages;
 use crate::read;
 use crate::signals;
@@ -31,21 +31,17 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
+    /// For a program with these files.
     pub(crate) fn new(
-        inputs: &Inputs,
-        options: &Options,
+        own: &OwnFiles,
         compilers: &Compilers,
         build: &Path,
     ) -> Result<Self, Sentence> {
-        let folders = compiler::include_folders(options);
-        let sources = inputs.sources.iter().map(|source| source.path.as_path());
-        let own = OwnFiles::read(sources, &folders)
-            .map_err(|(file, error)| format!("{} can't be read: {error}", file.display()))?;
         let names: Vec<String> = own.includes().map(Include::name).collect();
         let texts = own.files.values().map(|file| file.text.as_slice());
         let kind = Kind::of(names.iter().map(String::as_str), texts);
         let headers = Headers::write(kind.unwrap_or(Kind::Downloaded), build)?;
-        let copies = Copies::write(&own, &headers, &build.join("own"), &compilers.have_header())?;
+        let copies = Copies::write(own, &headers, &build.join("own"), &compilers.have_header())?;
         Ok(Self { build: build.to_owned(), kind, headers, copies })
     }
 
@@ -158,7 +154,11 @@ impl Unit<'_> {
         if output.status.success() {
             return Ok(output.stderr);
         }
-        let advice = packages::advice_for_header(&String::from_utf8_lossy(&output.stderr));
+        let said = String::from_utf8_lossy(&output.stderr);
+        let is_for_txt = self.plan.kind.is_some_and(Kind::is_for_txt);
+        // A header that is missing is missing in each language.
+        let advice = packages::advice_for_header(&said, self.path())
+            .unwrap_or_else(|| language::advice(self.source, is_for_txt).into());
         Err(format!("{} does not compile{advice}", self.path().display()).into())
     }
 

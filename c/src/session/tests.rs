@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::TransferMode;
-use ft_transfer_area_simulator::{Machine, SimulatedTxt};
+use ft_transfer_area_simulator::{FaultKind, Machine, SimulatedTxt};
 
 use super::*;
 use crate::memory::Ta;
@@ -88,20 +88,49 @@ fn a_program_whose_callback_is_quick_goes_on_after_its_computer_was_too_busy() {
 }
 
 #[test]
-fn a_callback_that_takes_too_long_ends_the_transfer_which_can_begin_again() {
+fn a_program_goes_on_after_a_callback_that_took_too_long() {
     let txt = SimulatedTxt::builder().start().expect("a free port");
-    let session = session::<FishX1Transfer>(&txt);
-    session.set_cycle_call(Some(Box::new(|| {
-        thread::sleep(2 * CALLBACK_LIMIT);
+    let session = session::<Ta>(&txt);
+    let blocks = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&blocks);
+    session.set_cycle_call(Some(Box::new(move || {
+        if asked.load(Ordering::Acquire) {
+            thread::sleep(2 * CALLBACK_LIMIT);
+        }
         ControlFlow::Continue(())
     })));
     session.start().expect("it answers");
+    session.array().store(duty(&session), 300);
     let limit = Duration::from_secs(10);
-    assert!(txt.wait_until(|machine| machine.connections() == 1 && !machine.online(), limit));
-    session.set_cycle_call(None);
-    while session.is_running() {
+    let has_duty =
+        |duty: i16| txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == duty, limit);
+    for is_blocked in [false, true, false] {
+        blocks.store(is_blocked, Ordering::Release);
+        assert!(has_duty(if is_blocked { 0 } else { 300 }));
+    }
+    assert!(session.is_running());
+    session.stop().expect("it runs");
+}
+
+#[test]
+fn what_ends_by_a_callback_is_over_for_the_program_at_once() {
+    let txt = Arc::new(SimulatedTxt::builder().start().expect("a free port"));
+    let session = session::<FishX1Transfer>(&txt);
+    session.start().expect("it answers");
+    session.array().store(duty(&session), 300);
+    let limit = Duration::from_secs(10);
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 300, limit));
+    // The end waits for an answer for some time.
+    let silent = Arc::clone(&txt);
+    session.set_cycle_call(Some(Box::new(move || {
+        silent.with_machine(|machine| machine.disturb(FaultKind::Silence));
+        ControlFlow::Break(())
+    })));
+    let begun = Instant::now();
+    while session.array().load(duty(&session)) != 0 {
+        assert!(begun.elapsed() < limit);
         thread::sleep(Duration::from_millis(1));
     }
-    session.start().expect("it answers again");
-    session.stop().expect("it runs");
+    assert!(txt.with_machine(|machine| machine.online()), "it has not ended yet");
+    assert!(!session.is_running());
 }

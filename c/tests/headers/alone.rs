@@ -2,12 +2,24 @@
 
 use super::compilers::{self, Language};
 
-pub(crate) const HEADERS: [&str; 5] =
-    ["ROBO_TX_PRG.h", "ROBO_TX_FW.h", "ftMscLib.h", "ftErrCode.h", "common.h"];
+pub(crate) const HEADERS: [&str; 6] =
+    ["ROBO_TX_PRG.h", "ROBO_TX_FW.h", "ftMscLib.h", "ftMscLibEx.h", "ftErrCode.h", "common.h"];
 
 /// Those that replace headers of Windows.
-pub(crate) const POSIX: [&str; 6] =
-    ["windows.h", "conio.h", "process.h", "tchar.h", "winsock2.h", "ws2tcpip.h"];
+pub(crate) const POSIX: [&str; 12] = [
+    "windows.h",
+    "conio.h",
+    "process.h",
+    "tchar.h",
+    "winsock2.h",
+    "ws2tcpip.h",
+    "wincon.h",
+    "winuser.h",
+    "mmsystem.h",
+    "stdafx.h",
+    "SDKDDKVer.h",
+    "targetver.h",
+];
 
 #[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use super::compilers::{self, Language};
-use super::tables::{lines, FUNCTIONS};
+use super::tables::{lines, EX_FUNCTIONS, FUNCTIONS};
 
 /// What the headers for other systems than Windows declare.
 const WINDOWS_NAMES: &str = include_str!("windows_names.csv");
@@ -54,7 +54,8 @@ fn missing(names: &[&str]) -> Option<Vec<String>> {
 
 #[test]
 fn the_library_has_all_functions() {
-    let names: Vec<_> = lines::<3>(FUNCTIONS).map(|[name, ..]| name).collect();
+    let tables = lines::<3>(FUNCTIONS).chain(lines::<3>(EX_FUNCTIONS));
+    let names: Vec<_> = tables.map(|[name, ..]| name).collect();
     assert_eq!(missing(&names).unwrap_or_default(), Vec::<String>::new());
 }
 
@@ -81,7 +82,8 @@ fn every_function_has_a_number_that_stays() {
         assert_eq!(number.parse(), Ok(index + 1), "{name}");
     }
     let names: Vec<_> = numbered.iter().map(|(name, _)| *name).collect();
-    let functions: Vec<_> = lines::<3>(FUNCTIONS).map(|[name, ..]| name).collect();
+    let tables = lines::<3>(FUNCTIONS).chain(lines::<3>(EX_FUNCTIONS));
+    let functions: Vec<_> = tables.map(|[name, ..]| name).collect();
     // Those of the original's last version have the numbers that a linker gives them by their names.
     let (original, others) = functions.split_at(76);
     let mut original = original.to_vec();

@@ -7,6 +7,7 @@ mod exports;
 mod layout;
 mod programs;
 mod running;
+mod stand_ins;
 mod tables;
 mod together;
 mod values;

@@ -2,9 +2,10 @@
 #![cfg(unix)]
 
 use std::io::Write;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
-use super::compilers::{self, Language};
+use super::compilers::{self, Compiler, Language};
 use super::exports::folder;
 
 /// Ends with the line that found a mistake, or with 0.
@@ -152,12 +153,17 @@ int main(void)
 /// Compiles and links a program.
 fn built(source: &str) -> Option<Command> {
     let compiler = compilers::for_c().next()?;
-    let file = compilers::write(source, Language::C);
+    Some(linked(compiler, &compilers::write(source, Language::C), &[]))
+}
+
+/// Compiles and links the program in a file.
+pub(crate) fn linked(compiler: &Compiler, file: &Path, options: &[&str]) -> Command {
     let program = file.with_extension("exe");
     let said = compiler
         .command()
         .args(compilers::includes())
-        .arg(&file)
+        .args(options)
+        .arg(file)
         .arg(format!("-L{}", folder().display()))
         .arg("-lftMscLib")
         .arg(format!("-Wl,-rpath,{}", folder().display()))
@@ -169,7 +175,7 @@ fn built(source: &str) -> Option<Command> {
     let mut program = Command::new(program);
     // Where tests run it leads to a library that may be older.
     program.env_remove("LD_LIBRARY_PATH");
-    Some(program)
+    program
 }
 
 #[test]

@@ -7,6 +7,7 @@ pub(crate) const ERRORS: &str = include_str!("errors.csv");
 pub(crate) const STRUCTURES: &str = include_str!("structures.csv");
 pub(crate) const HOOKS: &str = include_str!("hooks.csv");
 pub(crate) const FUNCTIONS: &str = include_str!("functions.csv");
+pub(crate) const EX_FUNCTIONS: &str = include_str!("ex_functions.csv");
 
 /// The lines of a table with `N` columns.
 pub(crate) fn lines<const N: usize>(

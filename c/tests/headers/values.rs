@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::compilers;
-use super::tables::{lines, CONSTANTS, ENUMERATIONS, ERRORS, FUNCTIONS, HOOKS};
+use super::tables::{lines, CONSTANTS, ENUMERATIONS, ERRORS, EX_FUNCTIONS, FUNCTIONS, HOOKS};
 
 /// A declaration that compiles only when the condition is true.
 pub(crate) fn claim(name: &str, condition: &str) -> String {
@@ -66,16 +66,27 @@ fn error_codes_have_their_values() {
 #[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn functions_have_their_types() {
-    let mut text = String::new();
-    let mut functions = 0;
-    for [name, returns, parameters] in lines::<3>(FUNCTIONS) {
-        // In C++ these two take up the C++ linkage of the headers' functions.
-        writeln!(text, "extern {returns} (*of_{name})({parameters});").unwrap();
-        writeln!(text, "{returns} (*of_{name})({parameters}) = {name};").unwrap();
-        functions += 1;
+    let tables = [("ftMscLib.h", FUNCTIONS, 82), ("ftMscLibEx.h", EX_FUNCTIONS, 28)];
+    for (header, table, count) in tables {
+        let mut text = String::new();
+        let mut functions = 0;
+        for [name, returns, parameters] in lines::<3>(table) {
+            // In C++ these two take up the C++ linkage of the headers' functions.
+            writeln!(text, "extern {returns} (*of_{name})({parameters});").unwrap();
+            writeln!(text, "{returns} (*of_{name})({parameters}) = {name};").unwrap();
+            functions += 1;
+        }
+        assert_eq!(functions, count);
+        check(&[header], &text);
     }
-    assert_eq!(functions, 82);
-    check(&["ftMscLib.h"], &text);
+}
+
+/// In C as in C++, where it has a constructor.
+#[cfg_attr(windows, ignore = "no C compiler is expected there")]
+#[test]
+fn the_context_of_ex_is_laid_out_for_the_library() {
+    let size = "sizeof(CB_LEVEL2) == (sizeof(void *) == 8 ? 24 : 16)";
+    check(&["ftMscLibEx.h"], &claim("of_level_2", size));
 }
 
 #[cfg_attr(windows, ignore = "no C compiler is expected there")]

@@ -6,6 +6,7 @@ use std::process::Command;
 
 use super::support::{compilers, include};
 
+const KELIB_ERRORS: &str = include_str!("kelib_errors.csv");
 const FIELDS: &str = include_str!("../../../tests/system/porting/transfer_area.csv");
 
 /// Whether a source compiles without a warning.
@@ -50,6 +51,42 @@ fn every_field_is_where_the_controller_has_it() {
         );
         for compiler in compilers() {
             check(compiler, folder, "c++11", &source, &format!("layout_{folder}_{compiler}.cpp"));
+        }
+    }
+}
+
+#[test]
+fn the_codes_of_kelib_have_their_values() {
+    let mut source = "#include \"KeLibTxtDl.h\"\n".to_owned();
+    for line in KELIB_ERRORS.lines().skip(1) {
+        let (name, value) = line.split_once(';').unwrap();
+        writeln!(source, "static_assert({name} == {value}, \"{name}\");").unwrap();
+    }
+    for compiler in compilers() {
+        check(compiler, "txt", "c++11", &source, &format!("codes_{compiler}.cpp"));
+    }
+}
+
+/// What programs for the TXT itself use of the header besides the areas' fields.
+#[test]
+fn the_names_of_the_txts_header_are_there() {
+    let source = "#include \"KeLibTxtDl.h\"\n\
+        static void of_i2c(struct shm_if_s *, I2C_CB *data) { data->status = I2C_READ_ERROR; }\n\
+        static void of_bt(struct shm_if_s *, BT_CB *data) { data->status = BT_SWITCHED_OFF; }\n\
+        static void of_message(struct shm_if_s *, BT_RECV_CB *data) { data->msg[BT_MSG_LEN - 1] = 0; }\n\
+        P_I2C_CB_FUNC i2c = of_i2c;\nP_CB_FUNC bt = of_bt;\nP_RECV_CB_FUNC message = of_message;\n\
+        enum CB_I2cStatus status = I2C_WRITE_ERROR;\nenum BtConnState state = BT_STATE_CONNECTED;\n\
+        BT_SCAN_STATUS found;\nenum BtInquiryScanStatus scan = BT_INQUIRY_SCAN_END;\n\
+        struct _IR_DATA remotes[NUM_OF_IR_RECEIVER + 1];\nFISH_X1_TRANSFER areas[NUM_OF_TXT_MODULES];\n\
+        char letter = areas[0].ftX1state.local_pgm.name[0];\n\
+        bool has_hook = areas[0].IFHookTable.IsRunAllowed != 0 || areas[0].IFHookTable.atoi != 0;\n\
+        static_assert(sizeof areas[0].reserved == RESERVE_SIZE, \"the rest\");\n\
+        static_assert(sizeof(HOOK_TABLE) == 35 * 4, \"35 addresses\");\n";
+    let boolean = "#include \"ftProInterface2013TransferAreaCom.h\"\nboolean done = false;\n";
+    for compiler in compilers() {
+        check(compiler, "txt", "c++11", source, &format!("names_{compiler}.cpp"));
+        for folder in ["kit", "kit466", "fttxtlib"] {
+            check(compiler, folder, "c++11", boolean, &format!("boolean_{folder}_{compiler}.cpp"));
         }
     }
 }

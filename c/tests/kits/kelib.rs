@@ -206,6 +206,101 @@ fn a_callback_that_does_not_return_stops_the_motors_but_not_the_end() {
 }
 
 #[test]
+fn after_a_callback_that_took_too_long_the_program_goes_on() {
+    let txt = simulated().start().unwrap();
+    let Some(mut running) = started(&txt, "block") else { return };
+    wait_duty(&txt, 0, 300);
+    set_input(&txt, 1, 1);
+    wait_duty(&txt, 0, 0);
+    wait_duty(&txt, 0, 300);
+    wait_duty(&txt, 4, 100);
+    set_input(&txt, 0, 1);
+    running.expect("input");
+    let ended = running.end();
+    ended.well();
+    assert!(ended.err.contains("a callback of the program took longer"), "{}", ended.err);
+}
+
+#[test]
+fn a_distance_goes_on_after_a_callback_that_took_too_long() {
+    let txt = simulated().start().unwrap();
+    let Some(mut running) = started(&txt, "block in a distance") else { return };
+    wait_until(&txt, "some pulses", |machine| machine.controllers[0].counter[0] > 20);
+    set_input(&txt, 1, 1);
+    wait_duty(&txt, 0, 0);
+    let before = txt.with_machine(|machine| machine.controllers[0].counter);
+    running.expect("1 1");
+    let after = txt.with_machine(|machine| machine.controllers[0].counter);
+    assert!(before[0] > 20 && before[0] < 1000, "{before:?}");
+    assert_eq!((before[0] + after[0], before[1], after[1]), (1000, 20, 20));
+    set_input(&txt, 1, 0);
+    running.end().well();
+}
+
+#[test]
+fn nothing_stays_from_one_start_to_the_next() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let mut running = Running::with(program, &txt, &["again"]);
+    running.expect("1 0 1 0");
+    running.expect("1 1");
+    running.end().well();
+    wait_stopped(&txt);
+}
+
+#[test]
+fn a_configuration_is_sent_when_its_number_is_another() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let mut running = Running::with(program, &txt, &["config"]);
+    let uni = |index: usize| {
+        let config = txt.with_machine(|machine| machine.controllers[0].config.uni[index]);
+        (config.mode, config.digital)
+    };
+    let wait_mode = |mode| {
+        wait_until(&txt, "the mode", |machine| machine.controllers[0].config.uni[0].mode == mode);
+    };
+    running.expect("not sent");
+    let before = txt.with_machine(|machine| machine.exchanges());
+    wait_until(&txt, "exchanges", |machine| machine.exchanges() > before + 3);
+    assert_eq!(uni(0), (0, 0), "a voltage");
+    set_input(&txt, 7, 1);
+    running.expect("1");
+    wait_mode(3);
+    set_input(&txt, 7, 0);
+    running.expect("2");
+    wait_mode(1);
+    assert_eq!((uni(0), uni(1), uni(2)), ((1, 1), (3, 0), (0, 0)));
+    set_input(&txt, 7, 1);
+    let ended = running.end();
+    ended.well();
+    assert!(ended.err.contains("I3 measures a voltage"), "{}", ended.err);
+}
+
+#[test]
+fn a_flag_stays_until_the_program_sets_it_back() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let mut running = Running::with(program, &txt, &["flags"]);
+    running.expect("stayed");
+    running.end().well();
+}
+
+#[test]
+fn the_battery_is_full_or_what_the_environment_says() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let host = txt.address().to_string();
+    for (power, line) in [("", "8400"), ("6500", "6500"), ("9 V", "8400")] {
+        let output = command(program, &host).arg("supply").env("FT_TXT_POWER", power).output();
+        let output = output.unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.stdout, format!("{line} 40 3300 84\n").into_bytes());
+        assert_eq!(said.contains("FT_TXT_POWER"), power == "9 V", "{said}");
+    }
+}
+
+#[test]
 fn i2c_devices_are_read_and_written() {
     let Some(program) = program() else { return };
     let txt = simulated().start().unwrap();
@@ -214,9 +309,21 @@ fn i2c_devices_are_read_and_written() {
     let ended = running.end();
     ended.well();
     let lines: Vec<_> = ended.out.lines().collect();
-    let expected = ["0", "0", "0 55", "1704", "1705", "0 0 0 55 66", "170E", "1050", "1702"];
+    let expected = [
+        "1703 0 0 0 0 0",
+        "0",
+        "0 55",
+        "170F",
+        "170F",
+        "0 0 0 55 66",
+        "170E",
+        "1050",
+        "0 0 0 170F",
+        "1704 1703",
+        "0 0",
+    ];
     assert_eq!(lines, expected, "{}", ended.err);
-    assert_eq!(ended.err.lines().count(), 1, "the same sentence again and again: {}", ended.err);
+    assert_eq!(ended.err.lines().count(), 2, "the same sentence again and again: {}", ended.err);
 }
 
 #[test]

@@ -45,7 +45,7 @@ fn indices_and_values_out_of_range_change_nothing() {
         }
         assert!(GetTransferAreaStatusAddr(h, wrong).is_null());
     }
-    for wrong in [-1, 513, i32::MAX] {
+    for wrong in [-1, i32::MIN] {
         assert_eq!(SetOutMotorValues(h, 0, 0, wrong, 0), INVALID_PARAM);
         assert_eq!(SetOutMotorValues(h, 0, 0, 512, wrong), INVALID_PARAM);
         assert_eq!(SetOutPwmValues(h, 0, 0, wrong), INVALID_PARAM);

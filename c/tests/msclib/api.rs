@@ -10,6 +10,26 @@ pub(crate) type EventCallback = Option<extern "system" fn(u32, u32)>;
 /// A callback for a result.
 pub(crate) type ResultCallback<T> = Option<extern "system" fn(*mut T)>;
 
+/// What the program gives `ftxStartTransferArea2`.
+pub(crate) type Context = *mut c_void;
+pub(crate) type EventCallback2 = Option<extern "system" fn(u32, u32, Context)>;
+pub(crate) type ResultCallback2<T> = Option<extern "system" fn(*mut T, Context)>;
+pub(crate) type TextCallback2 = Option<extern "system" fn(*mut c_char, u32, Context)>;
+pub(crate) type UniCallback = Option<extern "system" fn(u32, u32, u32, u32, u8, u8, Context)>;
+pub(crate) type CntInCallback = Option<extern "system" fn(u32, u32, c_int, Context)>;
+pub(crate) type CounterCallback = Option<extern "system" fn(u32, u32, u32, i16, Context)>;
+pub(crate) type ButtonCallback = Option<extern "system" fn(u32, u32, u32, u16, Context)>;
+
+/// `CB_LEVEL2`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub(crate) struct Level2 {
+    pub(crate) context: Context,
+    pub(crate) bluetooth: bool,
+    pub(crate) i2c: bool,
+    pub(crate) reserved: [u32; 2],
+}
+
 /// `BT_CB` (channel, status) and `I2C_CB` (value, status).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -140,4 +160,32 @@ functions! {
     fn StopMotorExConfig(a: Handle, b: c_int, c: c_int) -> u32;
     fn GetFtX1TransferStatusAddr(a: Handle, b: c_int) -> *mut u8;
     fn GetIF08TransferAddress(a: Handle) -> *mut c_void;
+    fn ftxGetLibVersionEx() -> u32;
+    fn ftxGetLibVersionStrEx(a: *mut c_char, b: u32) -> u32;
+    fn ftxStartTransferArea2(a: Handle, b: Level2) -> u32;
+    fn SetCBCounterResetted2(a: EventCallback2);
+    fn SetCBMotorExReached2(a: EventCallback2);
+    fn SetCBRoboExtState2(a: EventCallback2);
+    fn FtRemoteCmd2(a: Handle, b: *mut c_char, c: TextCallback2) -> u32;
+    fn SetCBUniChanged(a: UniCallback);
+    fn SetCBMaskUniChanged(a: Handle, b: c_int, c: u32) -> u32;
+    fn GetCBMaskUniChanged(a: Handle, b: c_int, c: *mut u32) -> u32;
+    fn SetCBCntInChanged(a: CntInCallback);
+    fn SetCBMaskCntInChanged(a: Handle, b: c_int, c: u32) -> u32;
+    fn GetCBMaskCntInChanged(a: Handle, b: c_int, c: *mut u32) -> u32;
+    fn SetCBCounterChanged(a: CounterCallback);
+    fn SetCBMaskCounterChanged(a: Handle, b: c_int, c: u32) -> u32;
+    fn GetCBMaskCounterChanged(a: Handle, b: c_int, c: *mut u32) -> u32;
+    fn SetCBButtonChanged(a: ButtonCallback);
+    fn StartMotorExCmd4(a: Handle, b: c_int, c: c_int, d: c_int, e: c_int, f: c_int, g: c_int, h: c_int, i: c_int, j: c_int, k: c_int, l: c_int) -> u32;
+    fn StartScanBtDevice2(a: Handle, b: ResultCallback2<BtScan>) -> u32;
+    fn ConnectBtAddress2(a: Handle, b: u32, c: *mut u8, d: ResultCallback2<Pair>) -> u32;
+    fn BtListenConOn2(a: Handle, b: u32, c: *mut u8, d: ResultCallback2<Pair>) -> u32;
+    fn BtListenConOff2(a: Handle, b: u32, c: ResultCallback2<Pair>) -> u32;
+    fn DisconnectBt2(a: Handle, b: u32, c: ResultCallback2<Pair>) -> u32;
+    fn SendBtMessage2(a: Handle, b: u32, c: u32, d: *mut c_char, e: ResultCallback2<Pair>) -> u32;
+    fn BtReadMsgOn2(a: Handle, b: u32, c: ResultCallback2<BtReceived>) -> u32;
+    fn BtReadMsgOff2(a: Handle, b: u32, c: ResultCallback2<Pair>) -> u32;
+    fn ftxI2cRead2(a: Handle, b: u8, c: u32, d: u8, e: ResultCallback2<Pair>) -> u32;
+    fn ftxI2cWrite2(a: Handle, b: u8, c: u32, d: u16, e: u8, f: ResultCallback2<Pair>) -> u32;
 }

@@ -161,6 +161,14 @@ impl Device {
         unsafe { (&raw const (*self.area(controller)).output).read_volatile() }
     }
 
+    /// Writes fields of the outputs without a call of the library.
+    pub(crate) fn change_output(&self, controller: usize, change: impl FnOnce(&mut OutputValues)) {
+        let mut output = self.output(controller);
+        change(&mut output);
+        // SAFETY: the device is open; a program writes its areas so.
+        unsafe { (&raw mut (*self.area(controller)).output).write_volatile(output) };
+    }
+
     pub(crate) fn set_duty(&self, controller: usize, output: usize, duty: i16) {
         assert!(output < 8);
         // SAFETY: the device is open; a program writes its areas so.

@@ -6,6 +6,7 @@ mod abuse;
 mod api;
 mod bench;
 mod callbacks;
+mod extended;
 mod handles;
 mod i2c;
 mod inputs;

@@ -56,6 +56,45 @@ fn without_pulses_a_motor_turns_until_it_is_stopped() {
     });
 }
 
+/// By the manual of ftMscLib 1.5.11 (3.13, 9.6, 9.7), a motor without a distance has no target.
+#[test]
+fn a_command_without_a_distance_reaches_nothing() {
+    let library = initialized();
+    library.in_both_exchanges(|_, device| {
+        assert_eq!(StartMotorExCmd(device.0, 0, 0, 512, 0, 1, 0, 0), SUCCESS);
+        wait("pulses", || device.input(0).counter[..2].iter().all(|count| *count > 20));
+        assert_eq!(device.input(0).motor_ex_reached, [0; 4]);
+        // The order of published libraries: stop, distance 0, a moment, the new distance.
+        let command = |duty, distance| {
+            device.change_output(0, |it| {
+                (it.duty[0], it.distance[0]) = (duty, distance);
+                it.motor_ex_cmd_id[0] += 1;
+            });
+            let id = device.output(0).motor_ex_cmd_id[0];
+            wait("the command", || device.input(0).motor_ex_cmd_id[0] == id);
+        };
+        command(0, 0);
+        assert_eq!(device.input(0).motor_ex_reached, [0; 4]);
+        command(512, 50);
+        assert_eq!(device.input(0).motor_ex_reached, [1, 0, 0, 0]);
+        assert!(device.input(0).counter[0] >= 50);
+    });
+}
+
+/// Programs compute duties, such as 100 * 5.2.
+#[test]
+fn a_duty_above_512_is_limited() {
+    let library = initialized();
+    library.in_both_exchanges(|txt, device| {
+        assert_eq!(SetOutMotorValues(device.0, 0, 0, 520, i32::MAX), SUCCESS);
+        assert_eq!(SetOutPwmValues(device.0, 0, 7, 513), SUCCESS);
+        assert_eq!(StartMotorExCmd(device.0, 0, 1, 1000, 0, 2, 1, 0), SUCCESS);
+        let full = [512, 512, 512, 0, 0, 512, 0, 512];
+        assert_eq!(device.output(0).duty, full);
+        machine(txt, "the duties", |it| it.controllers[0].outputs.duty == full);
+    });
+}
+
 /// Finished programs of 2009 import them.
 #[test]
 fn the_functions_of_the_first_library_do_what_their_successors_do() {
@@ -96,6 +135,22 @@ fn configurations_are_sent() {
                 && [cnt[0].mode, cnt[1].mode] == [1, 0]
                 && config.motor == [1, 1, 1, 0]
         });
+    });
+}
+
+/// What it has measured in its old mode says nothing any more.
+#[test]
+fn an_input_that_is_configured_has_no_value_yet() {
+    let library = initialized();
+    library.in_both_exchanges(|txt, device| {
+        txt.with_machine(|it| it.controllers[0].uni = [77; 8]);
+        wait("the inputs", || device.input(0).uni == [77; 8]);
+        // So that no new value comes in.
+        assert_eq!(ftxStopTransferArea(device.0), SUCCESS);
+        assert_eq!(SetFtUniConfig(device.0, 0, 2, 0, false), SUCCESS);
+        assert_eq!(device.input(0).uni, [77, 77, 0, 77, 77, 77, 77, 77]);
+        device.start();
+        assert_eq!(device.input(0).uni, [77; 8]);
     });
 }
 

@@ -9,7 +9,13 @@ use super::bench::*;
 fn the_library_and_its_errors_have_texts() {
     let _library = not_initialized();
     assert_eq!(ftxGetLibVersion(), 0x0001_050B);
-    assert_eq!(text(ftxGetLibVersionStr as fn(_, _) -> _), ("V 1.5.11".to_owned(), 8));
+    assert_eq!(
+        text(ftxGetLibVersionStr as fn(_, _) -> _),
+        ("01.05.11  (2012/02/19)".to_owned(), 22)
+    );
+    assert_eq!(ftxGetLibVersionEx(), 0x0001_050E);
+    let text_of_ex = text(ftxGetLibVersionStrEx as fn(_, _) -> _);
+    assert_eq!(text_of_ex, ("01.05.14  (2014/05/16)".to_owned(), 22));
     let error = |code, kind| text(|to, size| ftxGetLibErrorString(code, kind, to, size));
     assert_eq!(error(INVALID_PARAM, 0), ("FTLIB_ERR_INVALID_PARAM".to_owned(), 23));
     assert!(error(INVALID_PARAM, 1).0.contains("out of range"));
@@ -34,17 +40,19 @@ fn a_controller_tells_its_name_and_firmware_before_its_transfer() {
     assert_eq!(of(0, GetRoboTxDevName), ("Sorting line 1".to_owned(), 14));
     assert_eq!(of(0, GetRoboTxFwStr), ("V 04.07".to_owned(), 7));
     assert_eq!(of(0, GetRoboTxBtAddr), ("00:00:00:00:00:00".to_owned(), 17));
-    assert_eq!(of(0, GetRoboTxDllStr).0, "V 1.5.11");
+    assert_eq!(of(0, GetRoboTxDllStr), ("06".to_owned(), 2));
     assert_eq!(of_device(ftxGetFirmwareStrg), "V 04.07");
     assert_eq!(of_device(ftxGetShortNameStrg), "ROBO TXT");
     assert_eq!(of_device(ftxGetManufacturerStrg), "fischertechnik");
     assert_eq!(of_device(ftxGetLongNameStrg), "ROBOTICS TXT Controller");
     let mut firmware = 0;
-    assert_eq!((GetRoboTxFwVal(device, 0, &mut firmware), firmware), (SUCCESS, 0x0004_0700));
+    assert_eq!((GetRoboTxFwVal(device, 0, &mut firmware), firmware), (SUCCESS, 0x0006_0407));
     assert_eq!(GetRoboTxInfo(device, 0), SUCCESS);
     // SAFETY: the device is open; a program reads its areas so.
-    let name = unsafe { (&raw const (*Device(device).area(0)).info.hostname).read_volatile() };
-    assert!(name.starts_with(b"Sorting line 1\0"));
+    let info = unsafe { (&raw const (*Device(device).area(0)).info).read_volatile() };
+    assert!(info.hostname.starts_with(b"Sorting line 1\0"));
+    // firmware.part.a to part.d, for "V %d.%02d, DLL %d" of c, d and b.
+    assert_eq!(info.version.firmware.to_ne_bytes(), [0, 6, 4, 7]);
 
     assert_eq!(of_device(ftxGetSerialNrStrg), "");
     for (controller, get) in [

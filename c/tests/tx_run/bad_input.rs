@@ -102,6 +102,42 @@ fn messages_of_the_compiler_are_passed_on() {
 }
 
 #[test]
+fn what_a_program_lacks_of_its_own_is_named() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    let run = |arguments: &[&str]| Run::start(tx_run(arguments).current_dir(path)).end();
+    write(path, "src/main.c", "#include \"axis.h\"\nint main(void) { return axis_move(0); }\n");
+    write(path, "src/axis.c", "int axis_move(int way)\n{\n    return way;\n}\n");
+    run(&["src/main.c"]).badly("does not compile; axis.h is missing: name its folder with -I");
+    write(path, "inc/axis.h", "int axis_move(int way);\n");
+    run(&["src/main.c"]).badly("src/main.c does not compile; axis.h is found with -I inc");
+    run(&["src/main.c", "-I", "inc"]).badly("; src/axis.c has axis_move: name this file, too");
+    run(&["src/main.c", "src/axis.c", "-I", "inc"]).well();
+    fs::remove_file(path.join("src/axis.c")).unwrap();
+    run(&["src/main.c", "-Iinc"]).badly("; no source here has axis_move: a file is missing");
+}
+
+#[test]
+fn a_world_for_several_programs_names_the_command_for_it() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write(path, "a.c", MAIN);
+    let two = "[[controllers]]\nname = \"a\"\n[[controllers]]\nname = \"b\"\n";
+    write(path, "two.toml", two);
+    for world in ["factory", "two.toml"] {
+        let ended = Run::start(tx_run(&["a.c", "--world", world]).current_dir(path)).end();
+        ended.badly(&format!("start it with txt simulate --world {world}, and give each program"));
+        assert!(ended.err.contains("--host"), "{}", ended.err);
+    }
+}
+
+#[test]
 fn without_a_compiler_there_is_a_sentence() {
     let mut command = tx_run(&[]);
     Run::start(command.arg(program("motor.c")).env("PATH", "").env_remove("CC"))

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread;
 
-use super::support::{has_compiler, tx_run, write, Run};
+use super::support::{has_compiler, kept_in, tx_run, write, Run};
 
 /// A program whose exit status is 1 before a change and 2 after it.
 struct Case {
@@ -292,14 +292,11 @@ impl Case {
             assert!(ended.err.contains("runs on"), "{}: {}", self.name, ended.err);
             ended
         };
-        let kept = || -> Vec<PathBuf> {
-            fs::read_dir(cache.join("tx_run")).unwrap().map(|it| it.unwrap().path()).collect()
-        };
         for _ in 0..2 {
             let ended = status();
             assert_eq!(ended.status, Some(1), "{}: {}", self.name, ended.err);
         }
-        assert_eq!(kept().len(), usize::from(self.is_kept), "{}", self.name);
+        assert_eq!(kept_in(&cache).len(), usize::from(self.is_kept), "{}", self.name);
         put(folder.path(), self.after);
         let ended = status();
         assert_eq!(ended.status, Some(2), "{}: {}", self.name, ended.err);
@@ -344,7 +341,7 @@ fn a_header_that_changes_for_a_moment_leaves_nothing_wrong() {
         let ended = Run::start(&mut command).end();
         assert_eq!(ended.status, Some(2 - kept), "{}", ended.err);
         assert_eq!(fs::read_to_string(path.join("h.h")).unwrap(), ONE);
-        assert_eq!(fs::read_dir(path.join("cache/tx_run")).unwrap().count(), kept as usize);
+        assert_eq!(kept_in(&path.join("cache")).len(), kept as usize);
         let _ = fs::remove_file(path.join("changes"));
     }
 }
@@ -430,7 +427,7 @@ fn warnings_are_those_of_the_source() {
             ended.well();
             assert!(ended.err.contains(&format!("{place}warning: ")), "{}", ended.err);
         }
-        assert_eq!(fs::read_dir(path.join("cache/tx_run")).unwrap().count(), 1);
+        assert_eq!(kept_in(&path.join("cache")).len(), 1);
     }
 }
 

@@ -105,7 +105,8 @@ fn what_a_program_does_after_its_end_can_crash_and_hang() {
     if !has_compiler() {
         return;
     }
-    with_a_motor("AFTER_CRASH", press).badly("ends was ended by SIGSEGV");
+    with_a_motor("AFTER_CRASH", press)
+        .badly("ends was ended by SIGSEGV (memory that is not the program's); all outputs are off");
     let txt = txt().start().unwrap();
     let run = run_on(&txt, "ends.c", "-w -DAFTER_HANG");
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
@@ -312,7 +313,7 @@ fn a_program_with_main_ends_its_transfer_when_it_is_asked_to_end_and_when_it_ret
         wait_for(&txt, "the motor turns", turns);
         run.signal(signal);
         let ended = run.end();
-        ended.badly(&format!("pc was ended by {name}"));
+        ended.badly(&format!("pc was ended by {name}; all outputs are off"));
         assert!(!ended.err.contains("last exchange"), "{}", ended.err);
         wait_stopped(&txt);
     }
@@ -400,6 +401,40 @@ fn a_program_that_takes_a_signal_from_the_library_is_stopped_too() {
     run.end().badly("pc was ended by SIGINT");
     wait_stopped(&txt);
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty), [0; 8]);
+}
+
+#[test]
+fn a_program_with_a_function_for_ctrl_c_goes_on_and_is_stopped_when_that_does_not_handle_it() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "pc.c", "-DCONTROL");
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    run.signal(libc::SIGINT);
+    let before = txt.with_machine(|machine| machine.exchanges());
+    wait_for(&txt, "more exchanges", |machine| machine.exchanges() > before + 20);
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 300);
+    run.signal(libc::SIGTERM);
+    let ended = run.end();
+    ended.badly("pc was ended by SIGTERM; all outputs are off");
+    assert_eq!(ended.out, "asked\nasked\n");
+    wait_stopped(&txt);
+}
+
+#[test]
+fn a_simulated_txt_ends_with_a_program_that_is_killed() {
+    if !has_compiler() {
+        return;
+    }
+    let mut command = tx_run(&["--world", "none"]);
+    let ended = Run::start(command.arg(program("pc.c")).env("CFLAGS", "-DKILLED")).end();
+    ended.badly("pc was ended by SIGKILL (it was killed)");
+    assert!(
+        ended.err.contains("could send no last exchange; its simulated TXT ends now"),
+        "{ended:?}"
+    );
+    assert!(!ended.err.contains("outputs are off"), "{ended:?}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Once;
 
-use super::support::{has_compiler, program, tx_run, txt, wait_for, write, Ended, Run};
+use super::support::{has_compiler, kept_in, program, tx_run, txt, wait_for, write, Ended, Run};
 
 /// The options that its makefile had.
 const OPTIONS: [&str; 8] = [
@@ -64,15 +64,16 @@ impl Line {
         let _ = fs::remove_file(log);
         let name_of =
             |line: &str| Path::new(line).file_stem().unwrap().to_str().unwrap().to_owned();
-        let mut names: Vec<String> = text.lines().map(name_of).collect();
+        let names = text.lines().map(name_of);
+        // It is a part of `tx_run`.
+        let mut names: Vec<String> = names.filter(|name| name != "end_first").collect();
         names.sort();
         names
     }
 
     /// The entries of its cache.
     fn cached(&self) -> Vec<PathBuf> {
-        let all = fs::read_dir(self.path().join("cache/tx_run")).unwrap();
-        all.map(|entry| entry.unwrap().path()).collect()
+        kept_in(&self.path().join("cache"))
     }
 }
 

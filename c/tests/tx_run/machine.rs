@@ -66,6 +66,15 @@ fn two_motors_do_their_distance_and_the_flags_say_when() {
 }
 
 #[test]
+fn a_command_without_a_distance_does_not_set_the_flag() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    run_on(&txt, "no_distance.c", "").end().well();
+}
+
+#[test]
 fn the_variable_chooses_the_simple_exchange() {
     if !has_compiler() {
         return;
@@ -113,5 +122,22 @@ fn an_extension_comes_and_goes() {
         machine.controllers[1].outputs.duty[0] == 300
     });
     txt.with_machine(|machine| machine.alive[0] = false);
+    run.end().well();
+}
+
+#[test]
+fn a_program_for_ftmsclibex_is_called_when_an_input_changes() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "changes.cpp", "");
+    wait_for(&txt, "the configuration", |machine| {
+        let config = machine.controllers[0].config.uni[2];
+        (config.mode, config.digital) == (0, 1)
+    });
+    txt.with_machine(|machine| machine.controllers[0].uni[2] = 1);
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    txt.with_machine(|machine| machine.controllers[0].uni[2] = 0);
     run.end().well();
 }

@@ -107,6 +107,48 @@ fn a_program_for_the_txt_itself_runs() {
     );
 }
 
+/// Its compiler was g++, which takes `.c` for C++.
+#[test]
+fn a_program_for_the_txt_may_be_cpp_in_files_named_c() {
+    drives(
+        "main.c",
+        "#include \"KeLibTxtDl.h\"\n#include <unistd.h>\nstruct step { int duty; };\nstatic step plan[] = {{300}};\n\
+         int main() {\nif (StartTxtDownloadProg() != KELIB_ERROR_NONE) return 1;\n\
+         FISH_X1_TRANSFER *area = GetKeLibTransferAreaMainAddress();\n\
+         for (step &one : plan) area->ftX1out.duty[0] = one.duty;\n\
+         while (!area->ftX1in.uni[0]) usleep(1000);\nStopTxtDownloadProg();\nreturn 0;\n}\n",
+    );
+}
+
+#[test]
+fn a_file_named_c_is_in_the_language_that_its_program_shows() {
+    if !has_compiler() {
+        return;
+    }
+    let main = "#include \"own.h\"\nint main() { bool done = other() == 0; return done - 1; }\n";
+    // Each is one of both languages alone.
+    let cpp = "int other() { bool done = true; return !done; }\n";
+    let c = "int other(void) { int class = 0; return class; }\n";
+    let txt = "#include <KeLibTxtDl.h>\nint other();\n";
+    let files = |other| [("a.c", main), ("b.c", other), ("own.h", txt)];
+    run(&files(cpp), &["a.c", "b.c"]).well();
+    run(&files(c), &["a.c", "b.c"])
+        .badly("b.c does not compile; like the TXT's own compiler, tx_run takes .c for C++");
+    run(&files(c), &["-x", "c", "a.c", "b.c"]).well();
+    // Beside C++, files named .c are C, unless they include what is C++.
+    let linked = "#include <KeLibTxtDl.h>\nextern \"C\" int other(void);\n";
+    run(&[("a.cpp", main), ("b.c", c), ("own.h", linked)], &["a.cpp", "b.c"]).well();
+    run(&[("a.cpp", main), ("b.c", c), ("own.h", txt)], &["a.cpp", "b.c"]).badly(
+        "b.c has other: but not as it is called: with other arguments, or in the other language",
+    );
+    // The compiler that is named is one for C.
+    let folder = tempfile::tempdir().unwrap();
+    files(cpp).iter().for_each(|(name, text)| write(folder.path(), name, text));
+    let mut command = tx_run(&["a.c", "b.c"]);
+    let ended = Run::start(command.current_dir(folder.path()).env("CFLAGS", "-w")).end();
+    ended.badly("b.c does not compile; it is taken for C; with -x c++ it is C++");
+}
+
 #[test]
 fn a_program_of_kit_4_1_6_runs() {
     drives(

@@ -116,6 +116,17 @@ pub(crate) fn cache() -> PathBuf {
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache")
 }
 
+/// What is kept in a folder for a cache, without the part of `tx_run` that it adds to programs with `main`.
+pub(crate) fn kept_in(cache: &Path) -> Vec<PathBuf> {
+    const OF_TX_RUN: &[u8] = b"__wrap_main";
+    let is_of_tx_run = |file: &PathBuf| {
+        let text = fs::read(file).unwrap_or_default();
+        text.windows(OF_TX_RUN.len()).any(|part| part == OF_TX_RUN)
+    };
+    let all = fs::read_dir(cache.join("tx_run")).unwrap().map(|entry| entry.unwrap().path());
+    all.filter(|file| !is_of_tx_run(file)).collect()
+}
+
 /// `tx_run` with a program of the folder, on this simulated TXT.
 pub(crate) fn run_on(txt: &SimulatedTxt, name: &str, flags: &str) -> Run {
     let mut command = tx_run(&["--host", &txt.address().to_string()]);

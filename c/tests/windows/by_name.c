@@ -52,7 +52,7 @@ static int has_all(HMODULE library, const char *names)
         count++;
     }
     printf("%d functions, TA has %d bytes\n", count, (int)sizeof(TA));
-    return count == 82;
+    return count == 110;
 }
 
 int main(int argc, char *argv[])

@@ -3,10 +3,12 @@
 use std::mem;
 
 use ft_transfer_area::transfer_area::{Config, DUTY_MAX, IZ_COUNTER, IZ_MOTOR};
+use ft_transfer_area::tx::Counter;
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 
-use crate::machine::motor::Motor;
+use crate::machine::motor::{Motor, Pulses, Shift, Turning};
 use crate::machine::oddity::Task;
+use crate::machine::positions::{Leaders, Positions};
 use crate::machine::sound::Sound;
 
 /// The master or one extension: what its inputs report, and the outputs it has received.
@@ -19,7 +21,8 @@ pub struct Controller {
     /// What I1 to I8 report, in the unit of the configured mode (0 or 1, Ω, mV, cm). The
     /// simulated TXT does not convert it.
     pub uni: [i16; 8],
-    /// The levels of C1 to C4, 0 or 1. Each pulse of a motor toggles the level of its counter.
+    /// The levels of C1 to C4, 0 or 1. A motor sets the level of its counter to 1 at each pulse, and to 0 half a pulse
+    /// later. A level that is set here counts nothing; [`set_counter_level`](Self::set_counter_level) counts.
     pub counter_input: [i16; 4],
     /// The pulses that C1 to C4 have counted. Wraps from 32767 to −32768. It stays when the
     /// connection ends.
@@ -38,6 +41,8 @@ pub struct Controller {
     /// The id of that configuration; 0 before the first one after StartOnline.
     pub config_id: i16,
     motors: [Motor; IZ_MOTOR],
+    /// Where they are for their synchronisation.
+    positions: Positions,
     motor_ids: [CommandIds; IZ_MOTOR],
     sound: Sound,
     /// Ids of the counter resets that were done before this exchange.
@@ -128,6 +133,7 @@ impl Controller {
     pub(crate) fn stop_outputs(&mut self) {
         self.outputs = ExchangeData::default();
         self.motors = Default::default();
+        self.positions = Positions::default();
         self.motor_ids = Default::default();
         self.finished_resets = [0; IZ_COUNTER];
         self.latest_resets = [0; IZ_COUNTER];
@@ -145,6 +151,7 @@ impl Controller {
         for index in 0..IZ_COUNTER {
             if outputs.counter_reset_id[index] != before.counter_reset_id[index] {
                 self.counter[index] = 0;
+                self.motors[index].reset_counter();
             }
         }
         let id = outputs.sound_command_id;
@@ -169,20 +176,28 @@ impl Controller {
         let (motor, number) = (&mut self.motors[index], self.motor_ids[index].add(id));
         // 4 bits of it reach the board.
         let master = self.outputs.master[index] & 0xF;
-        motor.begin(number, master, self.outputs.distance[index]);
+        let shift = motor.begin(number, master, self.outputs.distance[index]);
         if motor.has_distance() {
             self.counter[index] = 0;
         }
+        self.shift(index, shift);
     }
 
-    /// Lets this many µs pass.
-    pub(crate) fn move_on(&mut self, micros: u64) {
-        self.pass_time(micros);
-        for index in 0..IZ_MOTOR {
-            let speed = self.speed(index);
-            let pulses = self.motors[index].turn(speed, micros);
-            self.add_pulses(index, pulses);
+    /// Sets where a motor counts as being, if it follows another one.
+    fn shift(&mut self, index: usize, shift: Shift) {
+        let leaders = self.leaders();
+        let Some(leader) = leaders[index] else { return };
+        if let Shift::Join | Shift::JoinWithError(_) = shift {
+            self.positions.join(index, leader, &leaders);
         }
+        if let Shift::Error(error) | Shift::JoinWithError(error) = shift {
+            self.positions.inject(index, error);
+        }
+    }
+
+    /// The motors that follow another one, each with its leader.
+    fn leaders(&self) -> Leaders {
+        std::array::from_fn(|index| self.motors[index].leader().filter(|leader| *leader != index))
     }
 
     /// Reports the resets of the exchange before, and remembers those of this one.
@@ -191,37 +206,37 @@ impl Controller {
         self.latest_resets = self.outputs.counter_reset_id;
     }
 
-    /// Lets this many µs pass for all but the motors, which a world moves.
+    /// Lets this many µs pass for all but the motors.
     pub(crate) fn pass_time(&mut self, micros: u64) {
         self.sound.play(micros);
     }
 
-    fn add_pulses(&mut self, index: usize, pulses: u64) {
-        // A counter has 16 bits and keeps the lowest ones.
-        self.counter[index] = self.counter[index].wrapping_add(pulses as i16);
-        self.counter_input[index] ^= (pulses & 1) as i16;
+    /// Sets the level of a counter input, as what is plugged in there does. The counter counts when the level rises
+    /// from 0 to 1.
+    pub fn set_counter_level(&mut self, counter: Counter, is_high: bool) {
+        let rises = is_high && self.counter_input[counter.index()] == 0;
+        let pulses = Pulses { count: rises.into(), level: Some(is_high) };
+        self.add_pulses(counter.index(), pulses);
     }
 
-    /// Sets the level of a counter input that no motor uses. A change counts as a pulse.
-    pub(crate) fn set_counter_level(&mut self, index: usize, is_high: bool) {
-        if self.counter_input[index] != i16::from(is_high) {
-            self.add_pulses(index, 1);
+    fn add_pulses(&mut self, index: usize, Pulses { count, level }: Pulses) {
+        self.counter[index] = self.counter[index].wrapping_add_unsigned(count);
+        if let Some(is_high) = level {
+            self.counter_input[index] = is_high.into();
         }
     }
 
-    /// The power for each motor of a world, −1.0..=1.0, at these pulses per second.
-    pub(crate) fn powers(&self, pulse_rates: [f64; IZ_MOTOR]) -> [f64; IZ_MOTOR] {
+    /// The power for each motor, −1.0..=1.0, while they turn so.
+    pub(crate) fn powers(&self, turning: [Turning; IZ_MOTOR]) -> [f64; IZ_MOTOR] {
         let mut powers: [f64; IZ_MOTOR] = std::array::from_fn(|index| {
             let power = f64::from(self.signed_duty(index)) / f64::from(DUTY_MAX);
-            power * self.motors[index].allowed(pulse_rates[index])
+            power * self.motors[index].allowed(turning[index])
         });
         let mut parts = [1.0_f64; IZ_MOTOR];
-        for (follower, leader) in self.pairs().into_iter().flatten() {
-            let motor = &self.motors[follower];
-            let rates = [follower, leader].map(|index| pulse_rates[index]);
-            let [own, leaders] = motor.allowed_together(rates[0], rates[1]);
+        for (follower, leader) in self.pairs() {
+            let [own, leaders] = self.positions.parts((follower, leader), &turning);
             parts[follower] = parts[follower].min(own);
-            if self.duty(follower) > 0 && !motor.has_reached() {
+            if !self.motors[follower].has_reached() {
                 parts[leader] = parts[leader].min(leaders);
             }
         }
@@ -229,42 +244,36 @@ impl Controller {
         powers
     }
 
-    /// Counts the pulses that the motors of a world have given.
-    pub(crate) fn count(&mut self, pulses: [u16; IZ_MOTOR]) {
-        for (follower, leader) in self.pairs().into_iter().flatten() {
-            self.motors[follower].compare(pulses[follower], pulses[leader]);
-        }
+    /// Counts the pulses that the motors have given.
+    pub(crate) fn count(&mut self, pulses: [Pulses; IZ_MOTOR]) {
+        self.count_positions(pulses);
         for (index, pulses) in pulses.into_iter().enumerate() {
-            self.motors[index].count(pulses);
-            self.add_pulses(index, u64::from(pulses));
+            self.motors[index].count(pulses.count);
+            self.add_pulses(index, pulses);
         }
     }
 
     /// The motors that are synchronised at present, each follower with its leader.
-    ///
-    /// A leader does not wait for a follower that is switched off. A leader that has finished its
-    /// distance lets its followers finish theirs.
-    fn pairs(&self) -> [Option<(usize, usize)>; IZ_MOTOR] {
-        std::array::from_fn(|follower| {
-            let leader = self.motors[follower].leader().filter(|leader| *leader != follower)?;
-            let left_behind = self.duty(follower) == 0 && self.duty(leader) > 0;
-            let set_free =
-                self.motors[leader].has_reached() && self.motors[follower].has_distance();
-            (!left_behind && !set_free).then_some((follower, leader))
-        })
+    fn pairs(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let followers = self.leaders().into_iter().enumerate();
+        let pairs = followers.filter_map(|(follower, leader)| Some((follower, leader?)));
+        pairs.filter(|(follower, leader)| !self.is_set_free(*follower, *leader))
     }
 
-    /// The speed of a motor as a duty: its leader's when it follows one and is itself switched on.
-    fn speed(&self, index: usize) -> u16 {
-        match (self.duty(index), self.motors[index].leader()) {
-            (1.., Some(leader)) => self.duty(leader),
-            (own, _) => own,
+    /// Whether a follower goes on alone: a leader that has finished its distance lets its followers finish theirs.
+    fn is_set_free(&self, follower: usize, leader: usize) -> bool {
+        self.motors[leader].has_reached() && self.motors[follower].has_distance()
+    }
+
+    /// Counts where the motors are for their synchronisation. What a follower does alone does not count.
+    fn count_positions(&mut self, mut pulses: [Pulses; IZ_MOTOR]) {
+        let leaders = self.leaders();
+        for (follower, leader) in leaders.into_iter().enumerate() {
+            if let Some(leader) = leader.filter(|leader| self.is_set_free(follower, *leader)) {
+                pulses[follower] = pulses[leader];
+            }
         }
-    }
-
-    /// The duty of a motor in either direction, 0..=512.
-    fn duty(&self, index: usize) -> u16 {
-        self.signed_duty(index).unsigned_abs()
+        self.positions.count(&pulses, &leaders);
     }
 
     /// The duty of a motor, negative for backwards, −512..=512.
@@ -298,30 +307,32 @@ impl Controller {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::IdealMotors;
 
     const STEP: u64 = 10_000;
 
-    /// Exchanges this many times and gives the last report.
+    /// Exchanges this many times, with new ideal motors, and gives the last report.
     fn exchange(
         controller: &mut Controller,
         outputs: ExchangeData,
         times: u32,
     ) -> ExchangeDataResponse {
+        let mut motors = IdealMotors::new(1);
         for _ in 0..times {
             controller.take_over(outputs);
             controller.finish_resets();
-            controller.move_on(STEP);
+            motors.move_on(STEP, std::slice::from_mut(controller));
         }
         controller.report()
     }
 
     #[test]
-    fn either_direction_counts_up_and_pulses_toggle_the_input() {
+    fn either_direction_counts_up_and_a_pulse_raises_the_level() {
         let mut controller = Controller::default();
         let outputs = ExchangeData { duty: [512, 0, 0, 256, 0, 0, 0, 0], ..Default::default() };
         let report = exchange(&mut controller, outputs, 5);
         assert_eq!(report.counter, [10, 5, 0, 0]);
-        assert_eq!(report.counter_input, [0, 1, 0, 0]);
+        assert_eq!(report.counter_input, [1, 1, 0, 0]);
     }
 
     #[test]
@@ -356,14 +367,16 @@ mod tests {
         let report = exchange(&mut controller, outputs, 2);
         assert_eq!((report.motor_command_id[0], report.counter_reset_id[1]), (1, 1));
         controller.stop();
-        let counter = [2, 0, 0, 0];
-        assert_eq!(controller.report(), ExchangeDataResponse { counter, ..Default::default() });
+        // The motor stands at the beginning of a pulse.
+        let (counter, counter_input) = ([2, 0, 0, 0], [1, 0, 0, 0]);
+        let expected = ExchangeDataResponse { counter, counter_input, ..Default::default() };
+        assert_eq!(controller.report(), expected);
         let outputs = ExchangeData { duty: outputs.duty, ..Default::default() };
         assert_eq!(exchange(&mut controller, outputs, 1).counter, [4, 0, 0, 0]);
     }
 
     #[test]
-    fn a_follower_turns_at_its_leaders_speed_and_both_finish_their_distance() {
+    fn a_pair_stays_together_and_both_finish_their_distance() {
         let mut controller = Controller::default();
         let outputs = ExchangeData {
             duty: [256, 0, 0, 512, 0, 0, 0, 0],
@@ -372,16 +385,14 @@ mod tests {
             motor_command_id: [1, 1, 0, 0],
             ..Default::default()
         };
-        let report = exchange(&mut controller, outputs, 9);
-        assert_eq!((report.counter, report.motor_command_id), ([9, 9, 0, 0], [0; 4]));
-        let report = exchange(&mut controller, outputs, 1);
-        assert_eq!((report.counter, report.motor_command_id), ([10, 10, 0, 0], [1, 0, 0, 0]));
+        let report = exchange(&mut controller, outputs, 12);
+        assert_eq!((report.counter[0], report.motor_command_id), (10, [1, 0, 0, 0]));
         let report = exchange(&mut controller, outputs, 50);
         assert_eq!((report.counter, report.motor_command_id), ([10, 20, 0, 0], [1, 1, 0, 0]));
     }
 
     #[test]
-    fn a_follower_that_is_switched_off_stands_still() {
+    fn a_follower_that_is_switched_off_stands_still_and_its_leader_waits() {
         let mut controller = Controller::default();
         let outputs = ExchangeData {
             duty: [512, 0, 0, 0, 0, 0, 0, 0],
@@ -389,7 +400,7 @@ mod tests {
             motor_command_id: [0, 1, 0, 0],
             ..Default::default()
         };
-        assert_eq!(exchange(&mut controller, outputs, 10).counter, [20, 0, 0, 0]);
+        assert_eq!(exchange(&mut controller, outputs, 100).counter, [4, 0, 0, 0]);
     }
 
     #[test]

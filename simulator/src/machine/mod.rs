@@ -4,9 +4,10 @@ mod areas;
 mod clock;
 pub(crate) mod controller;
 pub(crate) mod journal;
-mod motor;
+pub(crate) mod motor;
 pub(crate) mod oddity;
 mod online;
+mod positions;
 mod sound;
 pub(crate) mod words;
 
@@ -27,7 +28,7 @@ use crate::fault::FaultKind;
 use crate::i2c::{I2cBus, I2C_REGISTERS};
 use crate::server::command::Misbehaviour;
 use crate::world::floor::OwnFloor;
-use crate::world::{World, WorldState};
+use crate::world::{IdealMotors, World, WorldState};
 
 /// The simulated machine: the master and its extensions, and what has happened to them.
 ///
@@ -64,6 +65,8 @@ pub struct Machine {
     oddities: Oddities,
     camera: Camera,
     world: Option<WorldState>,
+    /// What turns without a world.
+    motors: IdealMotors,
     i2c: I2cBus,
     /// Machine time since the start in µs.
     micros: u64,
@@ -88,7 +91,7 @@ impl Watchdog {
 }
 
 impl Machine {
-    /// A master with this many extensions, all of them alive. Only simple motors are plugged in. More
+    /// A master with this many extensions, all of them alive. Only ideal motors are plugged in. More
     /// than 8 extensions count as 8.
     pub fn new(extensions: usize) -> Self {
         let extensions = extensions.min(MAX_EXTENSIONS);
@@ -110,6 +113,7 @@ impl Machine {
             oddities: Oddities::default(),
             camera: Camera::default(),
             world: None,
+            motors: IdealMotors::new(1 + extensions),
             i2c: I2cBus::default(),
             micros: 0,
             watchdog: Watchdog::default(),
@@ -185,7 +189,8 @@ impl Machine {
 
     /// Lets this much time pass in the machine, as between two exchanges. It does not wait.
     ///
-    /// In a world an hour is the longest step; it takes a few seconds to compute.
+    /// In a world an hour is the longest step; it takes a few seconds to compute. So it is without a world while motors
+    /// have a distance or are synchronised.
     pub fn step(&mut self, duration: Duration) {
         self.finish_resets();
         self.move_on(u64::try_from(duration.as_micros()).unwrap_or(u64::MAX));
@@ -348,8 +353,7 @@ impl Machine {
         self.controllers.iter_mut().for_each(Controller::finish_resets);
     }
 
-    /// Lets this many µs pass in the machine. It does not matter how a time is divided, except for parts of a pulse
-    /// that an ideal motor has turned beyond its distance.
+    /// Lets this many µs pass in the machine. It does not matter how a time is divided.
     pub(super) fn move_on(&mut self, micros: u64) {
         match self.watchdog.left() {
             Some(left) if left <= micros => {
@@ -368,14 +372,15 @@ impl Machine {
         for index in 0..self.controllers.len() {
             let reached = self.reaches(index);
             let controller = &mut self.controllers[index];
-            match (reached, &self.world) {
-                (false, _) => controller.stop(),
-                (true, None) => controller.move_on(micros),
-                (true, Some(_)) => controller.pass_time(micros),
+            if reached {
+                controller.pass_time(micros);
+            } else {
+                controller.stop();
             }
         }
-        if let Some(world) = &mut self.world {
-            world.move_on(micros, &mut self.controllers, &mut self.i2c);
+        match &mut self.world {
+            Some(world) => world.move_on(micros, &mut self.controllers, &mut self.i2c),
+            None => self.motors.move_on(micros, &mut self.controllers),
         }
     }
 
@@ -419,7 +424,7 @@ mod tests {
             distance: [55, 40, 9, 0],
             motor_command_id: [1, 2, 3, 4],
             sound_command_id: 5,
-            sound_index: 1,
+            sound_index: 2,
             sound_repeat: 1,
             ..Default::default()
         };

@@ -1,10 +1,17 @@
 //! The model of the loudspeaker.
 
-/// How long a sound takes, in µs of machine time.
-const LENGTH: u64 = 1_000_000;
+/// How long the files of a controller with firmware 4.7.0 take in ms, from index 1 on.
+const LENGTHS: [u16; 29] = [
+    4387, 498, 954, 1888, 901, 397, 7751, 2180, 2784, 2439, // 1 to 10
+    756, 2000, 8000, 1558, 6001, 8660, 1318, 2363, 1004, 6675, // 11 to 20
+    2001, 3245, 2064, 505, 1000, 757, 2059, 875, 864, // 21 to 29
+];
 
-/// The highest index for which the controller has a file.
-const LAST: u16 = 29;
+/// How long the file with this index takes, in µs of machine time; `None` if there is none.
+fn length(index: u16) -> Option<u64> {
+    let place = usize::from(index).checked_sub(1)?;
+    LENGTHS.get(place).map(|millis| u64::from(*millis) * 1000)
+}
 
 /// The loudspeaker and its command.
 #[derive(Clone, Debug, Default)]
@@ -28,10 +35,9 @@ impl Sound {
         if self.playing.take().is_some() {
             self.finished_id = id;
         }
-        if (1..=LAST).contains(&index) {
-            // 0 plays it once, too.
-            self.playing = Some(Playing { id, left: u64::from(repeat.max(1)) * LENGTH });
-        }
+        // Repeat 0 plays it once, too.
+        let playing = |length| Playing { id, left: u64::from(repeat.max(1)) * length };
+        self.playing = length(index).map(playing);
     }
 
     /// Plays for this many µs more.
@@ -68,10 +74,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sound_is_done_after_a_second_per_repeat() {
+    fn a_sound_is_done_after_the_length_of_its_file_for_each_repeat() {
         let mut sound = Sound::default();
         sound.begin(3, 29, 2);
-        sound.play(2 * LENGTH - 1);
+        sound.play(2 * 864_000 - 1);
         assert_eq!((sound.playing_id(), sound.finished_id()), (Some(3), 0));
         sound.play(1);
         assert_eq!((sound.playing_id(), sound.finished_id()), (None, 3));
@@ -79,10 +85,14 @@ mod tests {
 
     #[test]
     fn repeat_zero_plays_once() {
-        let mut sound = Sound::default();
-        sound.begin(1, 5, 0);
-        sound.play(LENGTH);
-        assert_eq!((sound.playing_id(), sound.finished_id()), (None, 1));
+        for (repeat, index, length) in [(0, 1, 4_387_000), (1, 2, 498_000)] {
+            let mut sound = Sound::default();
+            sound.begin(1, index, repeat);
+            sound.play(length - 1);
+            assert_eq!((sound.playing_id(), sound.finished_id()), (Some(1), 0));
+            sound.play(1);
+            assert_eq!((sound.playing_id(), sound.finished_id()), (None, 1));
+        }
     }
 
     #[test]

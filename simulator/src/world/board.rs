@@ -14,6 +14,7 @@ use super::sensor::Sensor;
 use super::shaft::Shaft;
 use super::slide::Slide;
 use crate::machine::controller::Controller;
+use crate::machine::motor::Pulses;
 
 const BOARD: &str = "expected a table, as in [master]";
 const INPUTS: &str = "expected a table, as in [master.inputs]";
@@ -110,16 +111,21 @@ impl BoardState {
         self.lamps.values_mut().for_each(|brightness| *brightness = 0.0);
     }
 
-    /// Lets the motors turn for one tick with the power from their controller.
-    pub(super) fn tick(&mut self, controller: &mut Controller) {
-        let rates =
-            self.shafts.each_ref().map(|shaft| shaft.as_ref().map_or(0.0, Shaft::pulse_rate));
-        let powers = controller.powers(rates);
-        let mut pulses = [0; IZ_MOTOR];
+    /// Lets the motors turn with the power from their controller, for one tick, or for more if they have no inertia and
+    /// no task.
+    pub(super) fn turn(&mut self, controller: &mut Controller, ticks: u64) {
+        let turning = self.shafts.each_ref().map(|shaft| shaft.as_ref().map(Shaft::turning));
+        let powers = controller.powers(turning.map(Option::unwrap_or_default));
+        let mut pulses = [Pulses::default(); IZ_MOTOR];
         for ((shaft, power), pulses) in self.shafts.iter_mut().zip(powers).zip(&mut pulses) {
-            *pulses = shaft.as_mut().map_or(0, |shaft| shaft.turn(power));
+            *pulses = shaft.as_mut().map_or(Pulses::default(), |shaft| shaft.turn(power, ticks));
         }
         controller.count(pulses);
+    }
+
+    /// Whether no motor has turned in the last tick.
+    pub(super) fn is_at_rest(&self) -> bool {
+        self.shafts.iter().flatten().all(|shaft| shaft.speed() == 0.0)
     }
 
     /// Updates the controller's inputs and the brightness of the lamps.

@@ -257,6 +257,8 @@ mod tests {
                 "expected a device of this world, not 0x01",
             ),
             ("[master.motors.M1]\nreversed = 1", 2, "expected true or false"),
+            ("[master.motors.M1]\npulses_per_turn = 1\nrun_out = 101", 3, "0 to 100"),
+            ("[master.motors.M1]\nrun_out = 5", 2, "it needs pulses_per_turn"),
             ("[master.motors.M1]\nbelt = 5", 2, "expected a belt, as in belt ="),
             ("[master.motors.M1]\nbelt.length = 5", 2, "the key per_turn is missing"),
             ("[master.motors.M1]\nbelt = { length = 0, per_turn = 1 }", 2, "more than 0"),

@@ -16,37 +16,32 @@ const HIGH_FROM: f64 = 5000.0;
 const _: () = assert!(InputMode::ALL.len() == 4);
 
 /// What an input with this configuration reports for what is plugged in.
+///
+/// A distance is never digital, and an unknown mode measures a voltage: so the maker's library asks the board.
 pub(super) fn report(sensor: Option<&Sensor>, config: UniConfig) -> i16 {
     let digital = config.digital != 0;
     match config.mode {
-        mode if mode == InputMode::Voltage as u8 => {
-            let mv = match sensor.map(Sensor::signal) {
-                Some(Signal::Millivolts(mv)) => mv,
-                Some(Signal::Ohms(_) | Signal::Echo(_)) | None => 0.0,
-            };
-            if digital {
-                i16::from(mv >= HIGH_FROM)
-            } else {
-                within(mv, 0, U_MAX, U_OVR)
-            }
-        }
+        mode if mode == InputMode::Voltage as u8 => voltage(sensor, digital),
         mode if mode == InputMode::Resistance as u8 => {
             resistance(sensor, digital, R_MIN, R_MAX, R_OVR)
         }
         mode if mode == InputMode::Resistance15k as u8 => {
             resistance(sensor, digital, R2_MIN, R2_MAX, R2_OVR)
         }
-        mode if mode == InputMode::Ultrasonic as u8 => {
-            let value = distance(sensor);
-            if digital {
-                i16::from(value <= ULTRASONIC_MAX)
-            } else {
-                value
-            }
-        }
-        // There is no such mode.
-        _ => 0,
+        mode if mode == InputMode::Ultrasonic as u8 => distance(sensor),
+        _ => voltage(sensor, false),
     }
+}
+
+fn voltage(sensor: Option<&Sensor>, digital: bool) -> i16 {
+    let mv = match sensor.map(Sensor::signal) {
+        Some(Signal::Millivolts(mv)) => mv,
+        Some(Signal::Ohms(_) | Signal::Echo(_)) | None => 0.0,
+    };
+    if digital {
+        return i16::from(mv >= HIGH_FROM);
+    }
+    within(mv, 0, U_MAX, U_OVR)
 }
 
 fn resistance(sensor: Option<&Sensor>, digital: bool, least: i16, most: i16, over: i16) -> i16 {
@@ -125,8 +120,7 @@ mod tests {
     #[test]
     fn an_empty_input_is_reported() {
         assert_eq!([R, R2, U, CM].map(|config| report(None, config)), [5000, 15_000, 0, 4096]);
-        assert_eq!([R, R2, U, CM].map(|config| report(None, digital(config))), [0; 4]);
-        assert_eq!(report(None, UniConfig { mode: 9, ..U }), 0);
+        assert_eq!([R, R2, U].map(|config| report(None, digital(config))), [0; 3]);
     }
 
     #[test]
@@ -164,11 +158,20 @@ mod tests {
         for (mv, value) in [(4999, 0), (5000, 1)] {
             assert_eq!(report(Some(&Sensor::Voltage { mv }), digital(U)), value);
         }
-        for (cm, value) in [(1023.0, 1), (1024.0, 0)] {
-            assert_eq!(report(Some(&Sensor::Ultrasonic { cm }), digital(CM)), value);
-        }
         for (white, value) in [(true, 1), (false, 0)] {
             assert_eq!(report(Some(&Sensor::Trail { white }), digital(U)), value);
+        }
+    }
+
+    #[test]
+    fn a_flag_without_a_meaning_in_a_mode_has_no_effect() {
+        for (sensor, value) in [(Some(Sensor::Ultrasonic { cm: 40.0 }), 40), (None, 4096)] {
+            let values = [CM, digital(CM)].map(|config| report(sensor.as_ref(), config));
+            assert_eq!(values, [value; 2], "{sensor:?}");
+        }
+        let unknown = UniConfig { mode: 9, ..U };
+        for config in [unknown, digital(unknown)] {
+            assert_eq!(report(Some(&Sensor::Voltage { mv: 4500 }), config), 4500);
         }
     }
 

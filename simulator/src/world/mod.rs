@@ -29,21 +29,27 @@
 //!
 //! Time is machine time in ticks of one millisecond. So the same outputs at the same times give the same
 //! world, in steps of any length. The control of the motors checks its counters
-//! in every tick:
+//! in every tick. It is the same without a world, where each motor output has an ideal motor:
 //!
 //! * Near the end of a distance it lets the motor turn more and more slowly, and it brakes when the
 //!   distance is counted. The count ends there or later, never earlier; from then on the id is
 //!   reported as done. With up to 1000 pulses per second and a [time
 //!   constant](MotorModel::time_constant) of up to 0.1 s the count ends up to 3 pulses later, if the
 //!   motor stood still before or had 0.2 s to slow down.
+//! * A motor with a [`run_out`](MotorModel::run_out) is not slowed down before the end, and turns on behind it: with 5
+//!   pulses, 63 pulses end at 67 or 68 at full speed, and at 64 or 65 at five eighths of it. So users report it of real
+//!   motors. The id is reported as done when the distance is counted, before the motor stands. With 0 it stops exactly.
 //! * Of two synchronised motors it slows down the one that is ahead, or will be in 0.02 s, by a
-//!   quarter of its duty for each pulse. A leader waits for its slowest follower, but not for one
-//!   that is switched off or has finished its distance. Motors that start together and give up to
+//!   quarter of its duty for each pulse. A leader waits for its slowest follower, also for one that is
+//!   blocked or switched off, but not for one that has finished its distance. Motors that start together and give up to
 //!   200 pulses per second stay within 6 pulses under any load, with time constants of up to 0.05 s,
 //!   and within 11 with up to 0.1 s.
-//! * An injected error is added to the difference between the two. While the leader stays the same,
-//!   errors add up, and the part that is not made up for yet is kept.
-//! * A motor that has finished its distance is held until its next command.
+//! * A positive injected error slows the follower down until its leader is so many pulses ahead, a negative one slows the
+//!   leader down. With more than 16 pulses left, that motor stands; with 8 left, it turns at half the speed of the other
+//!   one. While the leader stays the same, errors add up. Such a command is never done.
+//! * Motors that follow each other in a circle stay together and go on.
+//! * A motor that has finished its distance is held until its next command. A counter reset during a distance moves its
+//!   end on.
 //! * A motor without an encoder counts nothing, so its distances never end, and a motor that is
 //!   synchronised with it stops after a few pulses. The machine's
 //!   [oddities](super::Machine::oddities) report a command that needs its count.
@@ -68,6 +74,7 @@ mod file;
 pub(crate) mod floor;
 mod gripper;
 mod i2c_device;
+mod ideal;
 mod input;
 mod mistake;
 mod motor_model;
@@ -90,6 +97,7 @@ pub use floor::Whereabouts;
 use ft_transfer_area::tx::{Input, Motor};
 pub use gripper::{Grip, Gripper, GripperPosition};
 pub use i2c_device::I2cDevice;
+pub(crate) use ideal::IdealMotors;
 use mistake::Mistake;
 pub use motor_model::MotorModel;
 pub use piece::Piece;

@@ -28,6 +28,10 @@ pub struct MotorModel {
     /// encoder: its counter never counts, its distances never end, and no motor can be synchronised
     /// with it.
     pub pulses_per_turn: Option<f64>,
+    /// The pulses by which it turns on when it is braked at its top speed, 0..=100; at half that speed a quarter, and so
+    /// on. A distance then ends so many pulses later, because the controller does not slow the motor down before. `None`
+    /// for a motor that is slowed down before the end, and brakes with its time constant. It needs an encoder.
+    pub run_out: Option<f64>,
     /// Whether its two wires are swapped, so that it turns the other way.
     pub reversed: bool,
     /// The slide that it moves, if any.
@@ -37,13 +41,14 @@ pub struct MotorModel {
 }
 
 impl Default for MotorModel {
-    /// A motor without an encoder, 3 turns per second, 0.05 s of inertia, no load, no slide, no belt.
+    /// A motor without an encoder, 3 turns per second, 0.05 s of inertia, no load, no run-out, no slide, no belt.
     fn default() -> Self {
         Self {
             top_speed: 3.0,
             time_constant: 0.05,
             load: 0.0,
             pulses_per_turn: None,
+            run_out: None,
             reversed: false,
             slide: None,
             belt: None,
@@ -84,6 +89,12 @@ impl MotorModel {
         self
     }
 
+    /// Lets it turn on by this many pulses when it is braked at its top speed, 0..=100, and not slow down before.
+    pub fn run_out(mut self, pulses: f64) -> Self {
+        self.run_out = Some(pulses);
+        self
+    }
+
     /// Swaps its two wires, so that it turns the other way.
     pub fn wires_swapped(mut self) -> Self {
         self.reversed = !self.reversed;
@@ -102,16 +113,26 @@ impl MotorModel {
         self
     }
 
+    const KEYS: [&'static str; 8] = [
+        "top_speed",
+        "time_constant",
+        "load",
+        "pulses_per_turn",
+        "run_out",
+        "reversed",
+        "slide",
+        "belt",
+    ];
+
     pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
-        let known =
-            ["top_speed", "time_constant", "load", "pulses_per_turn", "reversed", "slide", "belt"];
-        let keys = Keys::of(value, MOTOR, &known)?;
+        let keys = Keys::of(value, MOTOR, &Self::KEYS)?;
         let default = Self::default();
         Ok(Self {
             top_speed: keys.or("top_speed", default.top_speed, number)?,
             time_constant: keys.or("time_constant", default.time_constant, number)?,
             load: keys.or("load", default.load, number)?,
             pulses_per_turn: keys.optional("pulses_per_turn", number)?,
+            run_out: keys.optional("run_out", number)?,
             reversed: keys.or("reversed", default.reversed, truth)?,
             slide: keys.optional("slide", Slide::read)?,
             belt: keys.optional("belt", Belt::read)?,
@@ -124,6 +145,11 @@ impl MotorModel {
         in_range("load", self.load, 0.0..=1.0)?;
         if let Some(pulses) = self.pulses_per_turn {
             positive("pulses_per_turn", pulses, 1000.0)?;
+        }
+        if let Some(pulses) = self.run_out {
+            in_range("run_out", pulses, 0.0..=100.0)?;
+            let reason = || String::from("it needs pulses_per_turn of the motor");
+            at("run_out", expect(self.pulses_per_turn.is_some(), reason))?;
         }
         if let Some(belt) = &self.belt {
             let reason = || String::from("expected a belt or a slide of the motor, not both");

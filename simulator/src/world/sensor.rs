@@ -42,8 +42,9 @@ const TRAIL_BLACK: f64 = 300.0;
 /// | ultrasonic | over range | 0 | its cm |
 /// | nothing | over range | 0 | not present |
 ///
-/// A digital input reports 1 for less than half its range in Ω (2500 or 7500), for 5000 mV or
-/// more, and for an echo. These thresholds are assumed; the kit does not name them.
+/// A digital input reports 1 for less than half its range in Ω (2500 or 7500), and for 5000 mV or
+/// more. These thresholds are assumed; the kit does not name them. A distance is in cm, also when the
+/// input is digital, and in a mode that does not exist a voltage is measured in mV.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Sensor {

@@ -2,12 +2,19 @@
 
 use super::motor_model::MotorModel;
 use super::slide::{AxisSwitch, Slide, Travel};
+use crate::machine::motor::{Pulses, Turning};
 
 /// One tick of the world in µs.
 pub(super) const TICK_MICROS: u64 = 1000;
 
 /// The same in s.
 const TICK: f64 = TICK_MICROS as f64 / 1e6;
+
+/// From this part of a pulse on its level is low.
+const HALF: f64 = 0.5 - ROUNDING;
+
+/// What a sum of parts of a pulse may be too little by, because numbers are rounded.
+const ROUNDING: f64 = 1e-9;
 
 /// A slide is at its end switch within this part of its travel.
 const SWITCH_ZONE: f64 = 0.01;
@@ -45,9 +52,10 @@ impl Shaft {
         self.speed
     }
 
-    /// Pulses per second in either direction.
-    pub(super) fn pulse_rate(&self) -> f64 {
-        self.speed.abs() * self.motor.pulses_per_turn.unwrap_or(0.0)
+    /// What the control of its controller knows of it.
+    pub(super) fn turning(&self) -> Turning {
+        let pulse_rate = self.speed.abs() * self.motor.pulses_per_turn.unwrap_or(0.0);
+        Turning { pulse_rate, runs_out: self.motor.run_out.is_some() }
     }
 
     /// Position of the slide, in the unit of its travel.
@@ -70,15 +78,25 @@ impl Shaft {
         (self.speed, self.turned) = (0.0, 0.0);
     }
 
-    /// Turns for one tick with this part of full power, −1.0..=1.0. Returns the pulses. Without power
-    /// it brakes, like a motor whose contacts are connected.
-    pub(super) fn turn(&mut self, power: f64) -> u16 {
-        let MotorModel { top_speed, time_constant, load, reversed, .. } = self.motor;
+    /// Turns for one tick, or for more at the speed after one, with this part of full power, −1.0..=1.0. Returns the
+    /// pulses. Without power it brakes, like a motor whose contacts are connected.
+    pub(super) fn turn(&mut self, power: f64, ticks: u64) -> Pulses {
+        let MotorModel { top_speed, time_constant, load, reversed, run_out, .. } = self.motor;
         let power = if reversed { -power } else { power };
         let goal = power.signum() * top_speed * (power.abs() - load).max(0.0);
-        self.speed += (goal - self.speed) * TICK / (time_constant + TICK);
-        self.turned = self.move_slide(self.speed * TICK);
+        self.speed = match run_out {
+            Some(pulses) if power == 0.0 => self.braked(pulses),
+            Some(_) | None => self.speed + (goal - self.speed) * TICK / (time_constant + TICK),
+        };
+        self.turned = self.move_slide(self.speed * TICK * ticks as f64);
         self.count(self.turned.abs())
+    }
+
+    /// Its speed after a tick in which it is braked evenly: from its top speed it turns by so many pulses.
+    fn braked(&self, run_out: f64) -> f64 {
+        let turns = run_out / self.motor.pulses_per_turn.unwrap_or(f64::INFINITY);
+        let slower = self.motor.top_speed.powi(2) / (2.0 * turns) * TICK;
+        self.speed.signum() * (self.speed.abs() - slower).max(0.0)
     }
 
     /// Moves the slide by this many turns of the motor, or as far as it can. Returns the turns made.
@@ -99,12 +117,16 @@ impl Shaft {
         (self.position - before) / per_turn
     }
 
-    fn count(&mut self, turns: f64) -> u16 {
+    fn count(&mut self, turns: f64) -> Pulses {
+        let was_low = self.part >= HALF;
         self.part += turns * self.motor.pulses_per_turn.unwrap_or(0.0);
-        let pulses = self.part.floor();
+        let pulses = (self.part + ROUNDING).floor();
         self.part -= pulses;
-        // At most 100 turns per second with 1000 pulses each, which is 100 pulses in a tick.
-        pulses as u16
+        // A counter has 16 bits and keeps the lowest ones.
+        let count = pulses as u64 as u16;
+        let is_low = self.part >= HALF;
+        let changed = count > 0 || is_low != was_low;
+        Pulses { count, level: changed.then_some(!is_low) }
     }
 
     /// Whether the slide is at its start and at its end.
@@ -140,7 +162,7 @@ mod tests {
     use super::*;
 
     fn turn(shaft: &mut Shaft, power: f64, ticks: u32) -> u32 {
-        (0..ticks).map(|_| u32::from(shaft.turn(power))).sum()
+        (0..ticks).map(|_| u32::from(shaft.turn(power, 1).count)).sum()
     }
 
     #[test]
@@ -177,6 +199,20 @@ mod tests {
         assert!((1265..=1267).contains(&pulses), "{pulses}");
         let mut plain = Shaft::new(&MotorModel::default());
         assert_eq!(turn(&mut plain, 1.0, 1000), 0);
+    }
+
+    #[test]
+    fn a_motor_that_runs_out_turns_on_by_the_square_of_its_speed() {
+        for (duty, expected) in [(1.0, 20), (0.5, 5), (0.25, 1)] {
+            let mut shaft = Shaft::new(&MotorModel::encoder_motor().run_out(20.5));
+            turn(&mut shaft, duty, 1000);
+            shaft.part = 0.0;
+            let pulses = turn(&mut shaft, 0.0, 1000);
+            assert_eq!((pulses, shaft.speed()), (expected, 0.0));
+        }
+        let mut exact = Shaft::new(&MotorModel::encoder_motor().run_out(0.0));
+        turn(&mut exact, 1.0, 1000);
+        assert_eq!((turn(&mut exact, 0.0, 1), exact.speed()), (0, 0.0));
     }
 
     #[test]

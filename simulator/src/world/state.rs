@@ -17,7 +17,7 @@ use crate::machine::controller::Controller;
 use crate::machine::oddity::Encoder;
 
 /// The longest step in µs: an hour. Longer steps are cut to it.
-const LONGEST_STEP: u64 = 3_600_000_000;
+pub(super) const LONGEST_STEP: u64 = 3_600_000_000;
 
 /// The present state of a [`World`], and what a program may change in it.
 ///
@@ -74,7 +74,7 @@ impl WorldState {
             }
             *ticks += 1;
             for (board, controller) in boards.iter_mut().zip(&mut *controllers) {
-                board.tick(controller);
+                board.turn(controller, 1);
             }
             if let Some(floor) = &mut floor {
                 floor.tick(boards, controllers);

@@ -7,9 +7,10 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvError, RecvTimeoutError, TryRecvError};
 
-use super::listeners::Listeners;
+use super::listeners::Subscription;
 use crate::events::{Event, EventKind, TimedEvent};
-use crate::handler::program::known::Known;
+use crate::handler::parts::phase::Stop;
+use crate::handler::shared::Shared;
 use crate::handler::sync::PanicCheck;
 use crate::pause::within_clock;
 
@@ -48,9 +49,8 @@ use crate::pause::within_clock;
 pub struct Events {
     receiver: Receiver<TimedEvent>,
     lost: Arc<AtomicU64>,
-    listeners: Arc<Listeners>,
+    shared: Arc<Shared>,
     panicking: PanicCheck,
-    source: Box<dyn Source>,
     /// The iterator has given the end of a transfer, and says next that it ends.
     at_end: AtomicBool,
 }
@@ -58,45 +58,20 @@ pub struct Events {
 /// How often a listener in lock-step checks whether a transfer has begun.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// How a wait in lock-step has ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Step {
-    /// A response or an error has come.
-    Done,
-    /// Nothing has come, because there is no transfer.
-    NoTransfer,
-}
-
-/// What a subscription needs from its transfer.
-pub(crate) trait Source: Send + Sync {
-    /// The thread that owns the subscription panics.
-    fn panicked(&self);
-
-    /// In lock-step: what has happened so far, for [`step`](Self::step). `None` without lock-step.
-    fn seen(&self) -> Option<Known>;
-
-    /// In lock-step, where time moves only while a thread waits: waits until more has happened than was `seen`.
-    fn step(&self, seen: Known) -> Step;
-
-    /// The current time, for limits.
-    fn now(&self) -> Instant;
-}
-
 impl Events {
     /// The largest possible capacity of a channel.
     pub const MAX_CAPACITY: usize = 65_536;
 
     /// Subscribes.
-    pub(crate) fn new(
-        listeners: &Arc<Listeners>,
-        kinds: &[EventKind],
-        capacity: usize,
-        source: impl Source + 'static,
-    ) -> Self {
-        let (receiver, lost) = listeners.subscribe(kinds.iter().copied().collect(), capacity);
-        let (listeners, panicking) = (Arc::clone(listeners), PanicCheck::new());
-        let (source, at_end) = (Box::new(source), AtomicBool::new(false));
-        Self { receiver, lost, listeners, panicking, source, at_end }
+    pub(crate) fn new(shared: Arc<Shared>, kinds: &[EventKind], capacity: usize) -> Self {
+        // Locked meanwhile, so that no response comes between.
+        let mut listeners = shared.listeners.lock();
+        let since = shared.state().known_now().shown;
+        let kinds = kinds.iter().copied().collect();
+        let Subscription { receiver, lost } = listeners.subscribe(kinds, capacity, since);
+        drop(listeners);
+        let (panicking, at_end) = (PanicCheck::new(), AtomicBool::new(false));
+        Self { receiver, lost, shared, panicking, at_end }
     }
 
     /// The channel itself, for [`select!`](crate::channel::select), for other ways to wait, and for other
@@ -112,23 +87,7 @@ impl Events {
     ///
     /// When the handler was dropped and all events have been received.
     pub fn recv(&self) -> Result<TimedEvent, RecvError> {
-        // Before the channel is looked into, so that nothing comes unnoticed between both.
-        while let Some(seen) = self.source.seen() {
-            match self.receiver.try_recv() {
-                Ok(event) => return Ok(event),
-                Err(TryRecvError::Disconnected) => return Err(RecvError),
-                Err(TryRecvError::Empty) => {}
-            }
-            match self.source.step(seen) {
-                Step::Done => {}
-                Step::NoTransfer => match self.receiver.recv_timeout(LOOK) {
-                    Ok(event) => return Ok(event),
-                    Err(RecvTimeoutError::Disconnected) => return Err(RecvError),
-                    Err(RecvTimeoutError::Timeout) => {}
-                },
-            }
-        }
-        self.receiver.recv()
+        self.recv_timeout(Duration::MAX).map_err(|_| RecvError)
     }
 
     /// The next event, if there is one already. Does not block.
@@ -146,25 +105,34 @@ impl Events {
     ///
     /// When no event came in time, or the handler was dropped and all events have been received.
     pub fn recv_timeout(&self, limit: Duration) -> Result<TimedEvent, RecvTimeoutError> {
-        let (begin, real) = (self.source.now(), Instant::now());
-        while let Some(seen) = self.source.seen() {
+        if self.shared.lock_step {
+            return self.recv_in_lock_step(limit);
+        }
+        self.receiver.recv_timeout(within_clock(limit))
+    }
+
+    /// The same in lock-step, where time moves only while a thread waits for a response.
+    fn recv_in_lock_step(&self, limit: Duration) -> Result<TimedEvent, RecvTimeoutError> {
+        let (begin, real) = (self.shared.state().clock.now(), Instant::now());
+        loop {
+            // Before the channel is looked into, so that nothing comes unnoticed between both.
+            let seen = self.shared.state().known_now();
             match self.receiver.try_recv() {
                 Ok(event) => return Ok(event),
                 Err(TryRecvError::Disconnected) => return Err(RecvTimeoutError::Disconnected),
                 Err(TryRecvError::Empty) => {}
             }
-            match self.source.step(seen) {
-                Step::Done => {}
-                Step::NoTransfer => match self.receiver.recv_timeout(LOOK.min(limit)) {
+            if !self.shared.step(seen) {
+                // There is no transfer.
+                match self.receiver.recv_timeout(LOOK.min(limit)) {
                     Err(RecvTimeoutError::Timeout) if real.elapsed() < limit => {}
                     received => return received,
-                },
+                }
             }
-            if self.source.now() - begin > limit {
+            if self.shared.state().clock.now() - begin > limit {
                 return Err(RecvTimeoutError::Timeout);
             }
         }
-        self.receiver.recv_timeout(within_clock(limit))
     }
 
     /// How many events were dropped because the channel was full.
@@ -207,9 +175,9 @@ impl fmt::Debug for Events {
 
 impl Drop for Events {
     fn drop(&mut self) {
-        self.listeners.unsubscribe(&self.lost);
+        self.shared.listeners.lock().unsubscribe(&self.lost);
         if self.panicking.has_begun() {
-            self.source.panicked();
+            self.shared.ask_to_stop(Stop::ProgramPanicked);
         }
     }
 }

@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use crossbeam_channel::{Receiver, RecvError, RecvTimeoutError, TryRecvError};
 
-use super::listeners::Listeners;
-use super::log::Subscription;
+use super::listeners::Subscription;
 use crate::events::LogEntry;
+use crate::handler::shared::Shared;
 use crate::pause::within_clock;
 
 /// Every cycle of a handler's transfers, on a channel; made by
@@ -39,16 +39,21 @@ use crate::pause::within_clock;
 pub struct CycleLog {
     receiver: Receiver<LogEntry>,
     lost: Arc<AtomicU64>,
-    listeners: Arc<Listeners>,
+    shared: Arc<Shared>,
 }
 
 impl CycleLog {
     /// The largest possible capacity of a channel: a minute. It takes 56 MB.
     pub const MAX_CAPACITY: usize = 6_000;
 
-    pub(crate) fn new(listeners: Arc<Listeners>, subscribed: Subscription) -> Self {
-        let Subscription { receiver, lost } = subscribed;
-        Self { receiver, lost, listeners }
+    /// Subscribes.
+    pub(crate) fn new(shared: Arc<Shared>, capacity: usize) -> Self {
+        // Locked meanwhile, so that no beginning and no response comes between.
+        let mut listeners = shared.listeners.lock();
+        let running = shared.state().beginning();
+        let Subscription { receiver, lost } = listeners.add_log(capacity, running);
+        drop(listeners);
+        Self { receiver, lost, shared }
     }
 
     /// The channel itself, for [`select!`](crate::channel::select), for other ways to wait, and for other
@@ -111,6 +116,6 @@ impl fmt::Debug for CycleLog {
 
 impl Drop for CycleLog {
     fn drop(&mut self) {
-        self.listeners.lock().logs().remove(&self.lost);
+        self.shared.listeners.lock().logs.remove(&self.lost);
     }
 }

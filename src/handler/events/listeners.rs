@@ -6,26 +6,28 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver, Sender};
 
-use super::log::{Logs, Subscription};
-use crate::events::{Comparison, EventKind, KindSet, Logged, LoggedBeginning, Stalls, TimedEvent};
-use crate::handler::sync::{Mutex, MutexGuard};
+use super::log::Logs;
+use crate::events::{
+    Comparison, EventKind, KindSet, LogEntry, Logged, LoggedBeginning, Stalls, TimedEvent,
+};
 use crate::terminals::Motor;
+
+/// The program's end of a new channel.
+pub(super) struct Subscription<T> {
+    pub(super) receiver: Receiver<T>,
+    /// How many events or entries were lost; also identifies the channel.
+    pub(super) lost: Arc<AtomicU64>,
+}
 
 /// All listeners and logs. One lock is enough: the transfer thread sends, and the program's threads subscribe and
 /// unsubscribe.
 #[derive(Debug, Default)]
-pub(crate) struct Listeners(Mutex<List>);
-
-/// The listeners, locked.
-#[derive(Debug, Default)]
-pub(crate) struct List {
+pub(crate) struct Listeners {
     listeners: Vec<Listener>,
-    /// The newest response.
-    response: u64,
     /// Whether the handler was dropped.
     ended: bool,
     stalls: Stalls,
-    logs: Logs,
+    pub(crate) logs: Logs,
 }
 
 #[derive(Debug)]
@@ -41,58 +43,40 @@ struct Listener {
 }
 
 impl Listeners {
-    pub(crate) fn lock(&self) -> MutexGuard<'_, List> {
-        self.0.lock()
-    }
-
-    /// Adds a listener; returns its channel and the count of its lost events.
+    /// Adds a listener for events after this response.
     pub(super) fn subscribe(
-        &self,
+        &mut self,
         kinds: KindSet,
         capacity: usize,
-    ) -> (Receiver<TimedEvent>, Arc<AtomicU64>) {
+        since: u64,
+    ) -> Subscription<TimedEvent> {
         let (sender, receiver) = bounded(capacity + 1);
         let lost = Arc::new(AtomicU64::new(0));
-        let mut list = self.lock();
-        if !list.ended {
-            let (lost, since) = (Arc::clone(&lost), list.response);
-            list.listeners.push(Listener { kinds, since, sender, capacity, lost });
+        if !self.ended {
+            let lost = Arc::clone(&lost);
+            self.listeners.push(Listener { kinds, since, sender, capacity, lost });
         }
-        (receiver, lost)
+        Subscription { receiver, lost }
     }
 
     /// Removes the listener with this count.
-    pub(super) fn unsubscribe(&self, lost: &Arc<AtomicU64>) {
-        self.lock().listeners.retain(|listener| !Arc::ptr_eq(&listener.lost, lost));
+    pub(super) fn unsubscribe(&mut self, lost: &Arc<AtomicU64>) {
+        self.listeners.retain(|listener| !Arc::ptr_eq(&listener.lost, lost));
     }
 
     /// Ends all channels, including those of later subscriptions.
-    pub(crate) fn end(&self) {
-        let mut list = self.lock();
-        list.ended = true;
-        list.listeners.clear();
-        list.logs.clear();
-    }
-}
-
-impl List {
-    /// A response has come in; returns the kinds of events that have listeners.
-    pub(crate) fn note_response(&mut self, number: u64) -> KindSet {
-        self.response = number;
-        self.kinds()
-    }
-
-    /// The logs of all cycles.
-    pub(crate) fn logs(&mut self) -> &mut Logs {
-        &mut self.logs
+    pub(crate) fn end(&mut self) {
+        self.ended = true;
+        self.listeners.clear();
+        self.logs.clear();
     }
 
     /// Adds a log. If a transfer runs already, its first entry is this beginning.
-    pub(crate) fn add_log(
+    pub(super) fn add_log(
         &mut self,
         capacity: usize,
         running: Option<LoggedBeginning>,
-    ) -> Subscription {
+    ) -> Subscription<LogEntry> {
         if self.ended {
             return Logs::default().add(capacity, None);
         }
@@ -136,7 +120,8 @@ impl List {
         }
     }
 
-    fn kinds(&self) -> KindSet {
+    /// The kinds of events that have listeners.
+    pub(crate) fn kinds(&self) -> KindSet {
         self.listeners.iter().fold(KindSet::default(), |set, listener| set.union(listener.kinds))
     }
 }
@@ -167,36 +152,27 @@ mod tests {
     use super::*;
     use crate::error::Error;
     use crate::events::Event;
-    use crate::handler::events::{Events, Source, Step};
-    use crate::handler::program::known::Known;
+    use crate::exchange::Inputs;
+    use crate::handler::events::Events;
+    use crate::handler::shared::Shared;
 
     const ENDED: Event = Event::TransferEnded { error: None };
 
-    fn listeners() -> Arc<Listeners> {
-        Arc::default()
+    fn shared() -> Arc<Shared> {
+        Arc::new(Shared::new(1, None, false))
     }
 
-    fn subscribe(listeners: &Arc<Listeners>, kinds: &[EventKind], capacity: usize) -> Events {
-        Events::new(listeners, kinds, capacity, Nothing)
+    fn subscribe(shared: &Arc<Shared>, kinds: &[EventKind], capacity: usize) -> Events {
+        Events::new(Arc::clone(shared), kinds, capacity)
     }
 
-    /// No transfer.
-    struct Nothing;
+    /// Sends the event that this extension has changed, from this response.
+    fn send_change(shared: &Shared, extension: usize, response: u64) {
+        send(&shared.listeners.lock().listeners, &now(came(extension)), response);
+    }
 
-    impl Source for Nothing {
-        fn panicked(&self) {}
-
-        fn seen(&self) -> Option<Known> {
-            None
-        }
-
-        fn step(&self, _seen: Known) -> Step {
-            Step::NoTransfer
-        }
-
-        fn now(&self) -> Instant {
-            Instant::now()
-        }
+    fn send_end(shared: &Shared, end: Event) {
+        shared.listeners.lock().send_end(&now(end));
     }
 
     fn came(extension: usize) -> Event {
@@ -213,55 +189,55 @@ mod tests {
 
     #[test]
     fn a_full_channel_keeps_its_events_and_counts_the_lost_ones() {
-        let listeners = listeners();
-        let events = subscribe(&listeners, EventKind::ALL, 2);
+        let shared = shared();
+        let events = subscribe(&shared, EventKind::ALL, 2);
         for extension in 1..=5 {
-            send(&listeners.lock().listeners, &now(came(extension)), 1);
+            send_change(&shared, extension, 1);
         }
         assert_eq!(events.lost(), 3);
         assert_eq!(received(&events), [came(1), came(2)]);
-        send(&listeners.lock().listeners, &now(came(6)), 2);
+        send_change(&shared, 6, 2);
         assert_eq!((received(&events), events.lost()), (vec![came(6)], 3));
     }
 
     #[test]
     fn the_end_of_a_transfer_comes_even_into_a_full_channel() {
-        let listeners = listeners();
-        let events = subscribe(&listeners, EventKind::ALL, 1);
-        send(&listeners.lock().listeners, &now(came(1)), 1);
-        listeners.lock().send_end(&now(ENDED));
+        let shared = shared();
+        let events = subscribe(&shared, EventKind::ALL, 1);
+        send_change(&shared, 1, 1);
+        send_end(&shared, ENDED);
         assert_eq!(events.lost(), 0);
         // The next transfer's, while no event was received.
-        send(&listeners.lock().listeners, &now(came(2)), 2);
-        listeners
-            .lock()
-            .send_end(&now(Event::TransferEnded { error: Some(Error::ProgramPanicked) }));
+        send_change(&shared, 2, 2);
+        send_end(&shared, Event::TransferEnded { error: Some(Error::ProgramPanicked) });
         assert_eq!(events.lost(), 2);
         assert_eq!(received(&events), [came(1), ENDED]);
     }
 
     #[test]
     fn the_end_of_a_transfer_takes_no_place_from_others_while_there_is_room() {
-        let listeners = listeners();
-        let events = subscribe(&listeners, EventKind::ALL, 2);
-        listeners.lock().send_end(&now(ENDED));
-        send(&listeners.lock().listeners, &now(came(1)), 1);
-        send(&listeners.lock().listeners, &now(came(2)), 1);
-        listeners.lock().send_end(&now(ENDED));
+        let shared = shared();
+        let events = subscribe(&shared, EventKind::ALL, 2);
+        send_end(&shared, ENDED);
+        send_change(&shared, 1, 1);
+        send_change(&shared, 2, 1);
+        send_end(&shared, ENDED);
         assert_eq!((received(&events), events.lost()), (vec![ENDED, came(1), ENDED], 1));
     }
 
     #[test]
     fn each_listener_gets_its_kinds_from_the_next_response_on() {
-        let listeners = listeners();
-        let ends = subscribe(&listeners, &[EventKind::TransferEnded], 9);
-        let extensions = subscribe(&listeners, &[EventKind::ExtensionChanged], 9);
-        let nothing = subscribe(&listeners, &[], 9);
-        listeners.lock().note_response(5);
-        let late = subscribe(&listeners, EventKind::ALL, 9);
-        send(&listeners.lock().listeners, &now(came(1)), 5);
-        send(&listeners.lock().listeners, &now(came(2)), 6);
-        listeners.lock().send_end(&now(ENDED));
+        let shared = shared();
+        let ends = subscribe(&shared, &[EventKind::TransferEnded], 9);
+        let extensions = subscribe(&shared, &[EventKind::ExtensionChanged], 9);
+        let nothing = subscribe(&shared, &[], 9);
+        for _ in 0..5 {
+            shared.state().deliver(&Inputs::default(), 0);
+        }
+        let late = subscribe(&shared, EventKind::ALL, 9);
+        send_change(&shared, 1, 5);
+        send_change(&shared, 2, 6);
+        send_end(&shared, ENDED);
         assert_eq!(received(&ends), [ENDED]);
         assert_eq!(received(&extensions), [came(1), came(2), ENDED]);
         assert_eq!(received(&nothing), [ENDED]);
@@ -270,12 +246,12 @@ mod tests {
 
     #[test]
     fn only_kinds_with_a_listener_are_compared() {
-        let listeners = listeners();
-        let listened = || listeners.lock().kinds();
+        let shared = shared();
+        let listened = || shared.listeners.lock().kinds();
         let set = |kinds: &[EventKind]| kinds.iter().copied().collect::<KindSet>();
         assert!(listened().is_empty());
-        let some = subscribe(&listeners, &[EventKind::InputChanged, EventKind::CounterReset], 1);
-        let others = subscribe(&listeners, &[EventKind::CounterReset, EventKind::MotorReached], 1);
+        let some = subscribe(&shared, &[EventKind::InputChanged, EventKind::CounterReset], 1);
+        let others = subscribe(&shared, &[EventKind::CounterReset, EventKind::MotorReached], 1);
         let all = [EventKind::InputChanged, EventKind::CounterReset, EventKind::MotorReached];
         assert_eq!(listened(), set(&all));
         drop(some);
@@ -286,19 +262,19 @@ mod tests {
 
     #[test]
     fn a_channel_ends_with_its_subscription_and_with_the_handler() {
-        let listeners = listeners();
-        let events = subscribe(&listeners, EventKind::ALL, 1);
+        let shared = shared();
+        let events = subscribe(&shared, EventKind::ALL, 1);
         let receiver = events.receiver().clone();
         drop(events);
         assert_eq!(receiver.try_recv(), Err(TryRecvError::Disconnected));
-        let events = subscribe(&listeners, EventKind::ALL, 1);
-        send(&listeners.lock().listeners, &now(came(1)), 1);
-        listeners.end();
+        let events = subscribe(&shared, EventKind::ALL, 1);
+        send_change(&shared, 1, 1);
+        shared.listeners.lock().end();
         assert_eq!(events.recv().unwrap().event, came(1), "what is in it can still be received");
-        let late = subscribe(&listeners, EventKind::ALL, 1);
+        let late = subscribe(&shared, EventKind::ALL, 1);
         for ended in [events, late] {
             assert_eq!(ended.receiver().try_recv(), Err(TryRecvError::Disconnected));
         }
-        assert!(listeners.lock().kinds().is_empty());
+        assert!(shared.listeners.lock().kinds().is_empty());
     }
 }

@@ -3,19 +3,13 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
 
-use crossbeam_channel::{bounded, Receiver, Sender};
+use crossbeam_channel::{bounded, Sender};
 
+use super::listeners::Subscription;
 use crate::events::{LogEntry, Logged, LoggedBeginning, LoggedCycle};
 
 /// Places for entries that are not cycles: the beginnings, gaps and ends of a transfer.
 const RESERVED: usize = 16;
-
-/// The program's end of a new log.
-pub(crate) struct Subscription {
-    pub(super) receiver: Receiver<LogEntry>,
-    /// Also identifies the log.
-    pub(super) lost: Arc<AtomicU64>,
-}
 
 /// The transfer's ends of all logs.
 #[derive(Debug, Default)]
@@ -33,11 +27,11 @@ struct Log {
 
 impl Logs {
     /// Adds a log. If a transfer runs already, its first entry is this beginning.
-    pub(crate) fn add(
+    pub(super) fn add(
         &mut self,
         capacity: usize,
         running: Option<LoggedBeginning>,
-    ) -> Subscription {
+    ) -> Subscription<LogEntry> {
         let (sender, receiver) = bounded(capacity + RESERVED);
         let lost = Arc::new(AtomicU64::new(0));
         let mut log = Log { sender, capacity, lost: Arc::clone(&lost), lost_since: 0 };
@@ -91,6 +85,8 @@ impl Log {
 mod tests {
     use super::*;
     use std::time::Instant;
+
+    use crossbeam_channel::Receiver;
 
     use crate::events::{Event, TimedEvent};
     use crate::transfer_area::FishX1Transfer;

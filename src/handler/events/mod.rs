@@ -6,7 +6,5 @@ mod listeners;
 mod log;
 
 pub use channel::Events;
-pub(super) use channel::{Source, Step};
 pub use cycle_log::CycleLog;
 pub(super) use listeners::Listeners;
-pub(super) use log::Subscription;

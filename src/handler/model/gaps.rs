@@ -9,14 +9,14 @@ use crate::exchange::{Inputs, Outgoing};
 use crate::handler::parts::phase::Stop;
 use crate::handler::program::known::Known;
 use crate::handler::shared::Shared;
-use crate::handler::transfer::side::Side;
+use crate::handler::sync::now;
 use crate::handler::TransferAreas;
 
 const ORDERS: usize = 700;
 
-fn deliver(side: Side<'_>) {
+fn deliver(shared: &Shared) {
     let (before, now) = (&mut Inputs::default(), &mut Inputs::default());
-    side.deliver(&Inputs::default(), 0, before, now);
+    shared.deliver(&Inputs::default(), 0, before, now);
 }
 
 /// The response of a new connection is delivered, and the connection is lost before anything else happens. With a
@@ -45,27 +45,26 @@ fn lost_at_once(lock_step: bool) {
             shared.ask_to_stop(Stop::Asked);
         })
     };
-    let side = Side(&shared);
     let areas = &mut [Outgoing::default()];
     let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
     for _ in 0..2 {
-        deliver(side);
-        side.lose_connection(&error, areas);
+        deliver(&shared);
+        shared.lose_connection(&error, areas);
     }
-    deliver(side);
-    side.resume(std::time::Duration::ZERO);
+    deliver(&shared);
+    shared.resume(now());
     loop {
-        if shared.is_lock_step() {
-            side.open_window();
+        if shared.lock_step {
+            shared.open_window();
         }
-        if side.hold_window(None, WINDOW, areas).is_some() {
+        if shared.hold_window(None, WINDOW, areas).is_some() {
             break;
         }
         shuttle::thread::yield_now();
-        deliver(side);
+        deliver(&shared);
     }
-    side.leave(areas);
-    side.finish(None);
+    shared.leave(areas);
+    shared.finish(None);
     ends.join().unwrap();
     for reported in waits.map(|waits| waits.join().unwrap()) {
         assert!(reported <= 2, "reported {reported} times");
@@ -145,11 +144,10 @@ fn in_lock_step_a_listener_receives_a_gap_without_another_response() {
         let area = TransferAreas::new(Arc::clone(&shared));
         let events = area.events(&[EventKind::ConnectionLost], 10).unwrap();
         let listens = shuttle::thread::spawn(move || events.recv().is_ok());
-        let side = Side(&shared);
-        deliver(side);
-        side.open_window();
+        deliver(&shared);
+        shared.open_window();
         let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
-        side.lose_connection(&error, &mut [Outgoing::default()]);
+        shared.lose_connection(&error, &mut [Outgoing::default()]);
         assert!(listens.join().unwrap());
     });
 }

@@ -11,7 +11,7 @@ use crate::handler::com_handler::TransferAreaComHandler;
 
 const ORDERS: usize = 700;
 
-/// The responses for which a hook was called, and the errors that it was reported.
+/// The responses for which a hook was called, and the errors that it was called with.
 pub(super) type Calls = Arc<Mutex<(Vec<u64>, Vec<Error>)>>;
 
 /// Sets a hook that answers each response with its number.

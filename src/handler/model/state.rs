@@ -13,7 +13,6 @@ use crate::exchange::{Inputs, Outgoing};
 use crate::handler::parts::phase::Stop;
 use crate::handler::program::known::Known;
 use crate::handler::shared::Shared;
-use crate::handler::transfer::side::Side;
 use crate::wire::ExchangeDataResponse;
 
 const ORDERS: usize = 3000;
@@ -25,23 +24,22 @@ fn shared() -> Arc<Shared> {
 /// The transfer thread's part: response after response, with its number in the inputs, until it is
 /// stopped or this number is reached. Returns the outputs of each request.
 fn exchange(shared: &Shared, responses: i16, window: Duration) -> Vec<Outgoing> {
-    let side = Side(shared);
     let mut areas = [Outgoing::default()];
     let mut requests = Vec::new();
     let (mut before, mut now) = (Inputs::default(), Inputs::default());
     for number in 1..=responses {
         let mut inputs = Inputs::default();
         inputs.take_simple(ExchangeDataResponse { uni: [number; 8], ..Default::default() });
-        let (_, locked) = side.deliver(&inputs, 0, &mut before, &mut now);
-        let stop = side.hold_window(locked, window, &mut areas);
+        let (_, locked) = shared.deliver(&inputs, 0, &mut before, &mut now);
+        let stop = shared.hold_window(locked, window, &mut areas);
         requests.push(areas[0]);
         if stop.is_some() {
             break;
         }
     }
-    side.leave(&mut areas);
+    shared.leave(&mut areas);
     requests.push(areas[0]);
-    side.finish(None);
+    shared.finish(None);
     requests
 }
 
@@ -143,13 +141,12 @@ fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thr
         };
         let mut areas = [Outgoing::default()];
         let mut requests = Vec::new();
-        let side = Side(&shared);
-        while side.hold_window(None, WINDOW, &mut areas).is_none() {
+        while shared.hold_window(None, WINDOW, &mut areas).is_none() {
             requests.push(areas[0].output.duty);
             let (mut before, mut now) = (Inputs::default(), Inputs::default());
-            side.deliver(&Inputs::default(), 0, &mut before, &mut now);
+            shared.deliver(&Inputs::default(), 0, &mut before, &mut now);
         }
-        Side(&shared).finish(None);
+        shared.finish(None);
         program.join().unwrap();
         locker.join().unwrap();
         assert_eq!(requests.len(), 3);
@@ -189,7 +186,7 @@ fn threads_that_lock_keep_no_other_out_and_none_of_their_writes_is_lost() {
         waiting.join().unwrap();
         transfer.join().unwrap();
         // Configurations always count; they begin at 1.
-        assert_eq!(Side(&shared).outgoing()[0].config.uni.map(|uni| uni.mode)[..3], [4, 4, 1]);
+        assert_eq!(shared.outgoing()[0].config.uni.map(|uni| uni.mode)[..3], [4, 4, 1]);
     });
 }
 
@@ -210,16 +207,16 @@ fn what_is_written_across_a_gap_moves_nothing() {
         };
         let error = Error::ConnectionClosed { command: "ExchangeDataCmpr", received: 0 };
         let mut last_request = [Outgoing::default()];
-        Side(&shared).lose_connection(&error, &mut last_request);
+        shared.lose_connection(&error, &mut last_request);
         assert_eq!(last_request[0].output.duty[0], 0);
         // The outputs in the first request of the next connection.
-        assert_eq!(Side(&shared).outgoing()[0].output.duty[0], 0);
+        assert_eq!(shared.outgoing()[0].output.duty[0], 0);
         let known = &mut Known::default();
         assert!(matches!(shared.feed_watchdog(known), Err(Error::ConnectionLost { .. })));
         assert_eq!(shared.feed_watchdog(known), Ok(()), "reported twice");
         program.join().unwrap();
-        assert_eq!(Side(&shared).outgoing()[0].output.duty[0], 0);
-        Side(&shared).finish(None);
+        assert_eq!(shared.outgoing()[0].output.duty[0], 0);
+        shared.finish(None);
     });
 }
 

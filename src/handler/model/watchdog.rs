@@ -23,7 +23,7 @@ fn interruptions(area: &TransferAreas) -> u64 {
     known.interruptions
 }
 
-/// Asks until nothing is left to be reported; returns how often the watchdog was.
+/// Asks until there is no error any more; returns how many were the watchdog's.
 fn count_reports(area: &TransferAreas) -> usize {
     let mut count = 0;
     loop {
@@ -74,7 +74,7 @@ fn each_handle_is_told_each_time_once_and_only_then_its_outputs_count() {
         handler.begin_transfer().unwrap();
         let over = Arc::new(AtomicBool::new(false));
         let is_over = Arc::clone(&over);
-        // It works, and acknowledges what it is reported.
+        // It works, and goes on after each error.
         let works = program(&handler, move |area| {
             let mut count = 0;
             while !is_over.load(Ordering::SeqCst) {
@@ -111,7 +111,7 @@ fn what_a_handle_writes_that_does_not_know_of_it_moves_nothing_until_the_watchdo
         let (handler, controller) = handler(|settings| settings.watchdog = Some(LIMIT));
         handler.begin_transfer().unwrap();
         let others = handler.areas().clone();
-        let has_expired = || handler.areas().shared().state().watchdog_has_expired();
+        let has_expired = || handler.areas().shared().state().watchdog.has_expired();
         pass(LIMIT);
         while !has_expired() {
             thread::yield_now();

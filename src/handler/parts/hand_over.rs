@@ -10,7 +10,7 @@ use crate::transfer_area::FishX1Transfer;
 ///
 /// A guard may keep the areas for any time, so the transfer does not use them: it takes the outputs from
 /// here and puts the inputs here. Each guard gets and leaves them as a whole.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct HandOver {
     /// What the last guard left to be sent.
     outgoing: Vec<Outgoing>,
@@ -26,14 +26,7 @@ pub(crate) struct HandOver {
 
 impl HandOver {
     pub(crate) fn new(areas: &[FishX1Transfer]) -> Self {
-        Self {
-            outgoing: areas.iter().map(Outgoing::from).collect(),
-            incoming: Inputs::default(),
-            inputs_due: false,
-            outputs_due: false,
-            unfinished: Unfinished::default(),
-            ids_of_guard: None,
-        }
+        Self { outgoing: areas.iter().map(Outgoing::from).collect(), ..Self::default() }
     }
 
     // The program's side.

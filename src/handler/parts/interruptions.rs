@@ -39,7 +39,8 @@ impl Interruptions {
         self.unreported.clear();
     }
 
-    /// What to report next by a handle that knows of the first `known`, and how many it knows of then.
+    /// The next error for a handle that knows of the first `known` interruptions, with the number of those that it knows
+    /// of then.
     pub(crate) fn next_after(&self, known: u64) -> Option<(u64, Error)> {
         self.unreported.iter().find(|(number, _)| *number > known).cloned()
     }

@@ -24,10 +24,11 @@ impl Stop {
 }
 
 /// What a transfer is doing, which decides what the program may do with it.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Phase {
-    /// There is no transfer; the last one, or the attempt to begin one, ended like this.
-    Idle(Option<Error>),
+    /// There is no transfer.
+    #[default]
+    Idle,
     /// A thread of the program connects.
     Beginning,
     /// Outputs and inputs are exchanged.
@@ -39,9 +40,11 @@ enum Phase {
 }
 
 /// The state of a transfer. Only calls here change it.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Transfer {
     phase: Phase,
+    /// How the last one, or the attempt to begin one, has ended; until the next begins.
+    error: Option<Error>,
     /// Why the current transfer is to stop.
     stop: Option<Stop>,
     /// Counts the transfers, also those that could not begin, so that a waiting thread knows its own.
@@ -52,24 +55,13 @@ pub(crate) struct Transfer {
 }
 
 impl Transfer {
-    /// No transfer has begun yet.
-    pub(crate) fn new() -> Self {
-        Self {
-            phase: Phase::Idle(None),
-            stop: None,
-            number: 0,
-            began: None,
-            lasted: Duration::ZERO,
-        }
-    }
-
     /// A thread begins to connect.
     pub(crate) fn begin(&mut self) -> Result<(), Error> {
-        if !matches!(self.phase, Phase::Idle(_)) {
+        if self.phase != Phase::Idle {
             return Err(Error::AlreadyStarted);
         }
         self.phase = Phase::Beginning;
-        self.stop = None;
+        self.error = None;
         self.number += 1;
         Ok(())
     }
@@ -91,7 +83,7 @@ impl Transfer {
 
     /// A response has come in, so a connection that was lost is re-established.
     pub(crate) fn resume(&mut self) {
-        if matches!(self.phase, Phase::Reconnecting) {
+        if self.phase == Phase::Reconnecting {
             self.phase = Phase::Running;
         }
     }
@@ -106,12 +98,13 @@ impl Transfer {
         self.lasted = self.elapsed(now);
         self.began = None;
         self.stop = None;
-        self.phase = Phase::Idle(error);
+        self.phase = Phase::Idle;
+        self.error = error;
     }
 
     /// Asks the current transfer, if any, to stop. The first reason counts.
     pub(crate) fn ask_to_stop(&mut self, stop: Stop) {
-        if !matches!(self.phase, Phase::Idle(_)) {
+        if self.phase != Phase::Idle {
             self.stop.get_or_insert(stop);
         }
     }
@@ -130,12 +123,12 @@ impl Transfer {
     }
 
     pub(crate) fn is_beginning(&self) -> bool {
-        matches!(self.phase, Phase::Beginning)
+        self.phase == Phase::Beginning
     }
 
     /// Whether writes of any thread go out with the next request.
     pub(crate) fn is_exchanging(&self) -> bool {
-        matches!(self.phase, Phase::Running)
+        self.phase == Phase::Running
     }
 
     /// Returns an error with the reason if no transfer is running.
@@ -146,12 +139,9 @@ impl Transfer {
         Err(self.error().unwrap_or(Error::NotStarted))
     }
 
-    /// The error that ended the last transfer.
+    /// The error that ended the last transfer, until the next begins.
     pub(crate) fn error(&self) -> Option<Error> {
-        match &self.phase {
-            Phase::Idle(error) => error.clone(),
-            Phase::Beginning | Phase::Running | Phase::Reconnecting | Phase::Ending => None,
-        }
+        self.error.clone()
     }
 
     /// When the transfer began, while it is running.
@@ -170,7 +160,7 @@ mod tests {
     use super::*;
 
     fn running() -> Transfer {
-        let mut transfer = Transfer::new();
+        let mut transfer = Transfer::default();
         transfer.begin().unwrap();
         transfer.run(Instant::now()).unwrap();
         transfer
@@ -178,7 +168,7 @@ mod tests {
 
     #[test]
     fn there_can_be_only_one_transfer() {
-        let mut transfer = Transfer::new();
+        let mut transfer = Transfer::default();
         assert_eq!(transfer.check_running(), Err(Error::NotStarted));
         transfer.begin().unwrap();
         assert_eq!(transfer.begin(), Err(Error::AlreadyStarted));
@@ -194,7 +184,7 @@ mod tests {
 
     #[test]
     fn a_panic_while_it_begins_is_not_forgotten() {
-        let mut transfer = Transfer::new();
+        let mut transfer = Transfer::default();
         transfer.begin().unwrap();
         transfer.ask_to_stop(Stop::ProgramPanicked);
         assert_eq!(transfer.run(Instant::now()), Err(Stop::ProgramPanicked));
@@ -224,7 +214,7 @@ mod tests {
     #[test]
     fn its_time_stops_at_the_end() {
         let (begin, ms) = (Instant::now(), Duration::from_millis);
-        let mut transfer = Transfer::new();
+        let mut transfer = Transfer::default();
         transfer.begin().unwrap();
         transfer.run(begin).unwrap();
         assert_eq!(transfer.elapsed(begin + ms(5)), ms(5));

@@ -59,21 +59,12 @@ pub(crate) enum Purpose {
     Lock,
 }
 
-/// Which thread has the areas, and what counts when it puts them back.
+/// Which thread has the areas.
 #[derive(Clone, Debug)]
 pub(crate) struct Hold {
+    pub(crate) purpose: Purpose,
     pub(crate) thread: Thread,
     pub(crate) since: Instant,
-    /// The response that it answers.
-    pub(crate) answers: Option<u64>,
-    /// The newest response that is in the areas.
-    pub(crate) shows: u64,
-    /// Whether its handle shows this response for the first time.
-    pub(crate) shows_first: bool,
-    /// How many interruptions there were; if there are more, the outputs do not count.
-    pub(crate) interruptions: u64,
-    /// Whether the outputs count at all.
-    pub(crate) outputs_count: bool,
     /// Whether the program was warned that it takes long.
     pub(crate) warned: bool,
 }
@@ -122,11 +113,6 @@ impl Tickets {
         self.list.iter().find(|ticket| ticket.id == id).map(|ticket| &ticket.stage)
     }
 
-    #[cfg(all(test, not(shuttle)))]
-    pub(crate) fn len(&self) -> usize {
-        self.list.len()
-    }
-
     fn ticket(&mut self, id: TicketId) -> Option<&mut Ticket> {
         self.list.iter_mut().find(|ticket| ticket.id == id)
     }
@@ -149,11 +135,11 @@ impl Tickets {
         wants.min().filter(|(_, on_its_way, _)| !on_its_way).map(|(_, _, id)| id)
     }
 
-    /// The thread has come for the areas.
-    pub(crate) fn come(&mut self, id: TicketId) {
-        if let Some(Stage::Wants { here, .. }) = self.ticket(id).map(|ticket| &mut ticket.stage) {
-            *here = true;
-        }
+    /// The thread has come for the areas; returns what for, if it still wants them.
+    pub(crate) fn come(&mut self, id: TicketId) -> Option<Purpose> {
+        let Stage::Wants { purpose, here } = &mut self.ticket(id)?.stage else { return None };
+        *here = true;
+        Some(*purpose)
     }
 
     /// Gives the areas to the thread that is [first](Self::first).
@@ -162,21 +148,18 @@ impl Tickets {
         self.areas.take()
     }
 
-    /// The thread puts the areas back. The hook waits for the next response then, or wants the one that is `opened`.
+    /// The thread puts the areas back. The hook waits for the next response then, or wants a `newer` one than it had,
+    /// whose window is open.
     pub(crate) fn put_back(
         &mut self,
         id: TicketId,
         areas: Vec<FishX1Transfer>,
-        opened: Option<u64>,
+        newer: Option<u64>,
     ) {
         self.areas = Some(areas);
         match self.ticket(id) {
             Some(Ticket { owner: Owner::Hook(_), stage, .. }) => {
-                let shown = if let Stage::Holds(hold) = stage { hold.shows } else { u64::MAX };
-                *stage = match opened.filter(|response| *response > shown) {
-                    Some(newer) => Stage::woken_for(newer),
-                    None => Stage::Waiting,
-                };
+                *stage = newer.map_or(Stage::Waiting, Stage::woken_for);
             }
             _ => self.remove(id),
         }
@@ -245,8 +228,9 @@ impl Tickets {
     /// Whether threads have waited for this response, and all of them have answered it.
     pub(crate) fn all_have_answered(&self, response: u64) -> bool {
         let is_answering = |ticket: &Ticket| match &ticket.stage {
-            Stage::Wants { purpose, .. } => *purpose == Purpose::Answer(response),
-            Stage::Holds(hold) => hold.answers == Some(response),
+            Stage::Wants { purpose, .. } | Stage::Holds(Hold { purpose, .. }) => {
+                *purpose == Purpose::Answer(response)
+            }
             // The hook is called with the error, and then comes for the response.
             Stage::Interrupted => ticket.owner != Owner::Thread,
             Stage::Waiting | Stage::Away => false,
@@ -372,17 +356,8 @@ mod tests {
         tickets.add(Stage::Wants { purpose: Purpose::Lock, here: true })
     }
 
-    fn hold(answers: Option<u64>) -> Hold {
-        Hold {
-            thread: current_thread(),
-            since: now(),
-            answers,
-            shows: RESPONSE,
-            shows_first: true,
-            interruptions: 0,
-            outputs_count: true,
-            warned: false,
-        }
+    fn hold(purpose: Purpose) -> Hold {
+        Hold { purpose, thread: current_thread(), since: now(), warned: false }
     }
 
     fn respond(tickets: &mut Tickets) {
@@ -394,7 +369,7 @@ mod tests {
         let mut tickets = tickets();
         let (first, second) = (locks(&mut tickets), locks(&mut tickets));
         assert_eq!(tickets.first(None), Some(first));
-        let areas = tickets.take(first, hold(None)).unwrap();
+        let areas = tickets.take(first, hold(Purpose::Lock)).unwrap();
         assert_eq!(tickets.first(None), None, "the areas are taken");
         let third = locks(&mut tickets);
         tickets.put_back(first, areas, None);
@@ -415,8 +390,8 @@ mod tests {
         assert_eq!(tickets.first(Some(RESPONSE)), None, "the hook is on its way");
         tickets.come(hook);
         assert_eq!(tickets.first(Some(RESPONSE)), Some(hook));
-        let areas = tickets.take(hook, hold(Some(RESPONSE))).unwrap();
-        tickets.put_back(hook, areas, Some(RESPONSE));
+        let areas = tickets.take(hook, hold(Purpose::Answer(RESPONSE))).unwrap();
+        tickets.put_back(hook, areas, None);
         assert_eq!(tickets.first(Some(RESPONSE)), Some(soon), "it came first");
         tickets.remove(soon);
         assert_eq!(tickets.first(Some(RESPONSE)), None, "the other one is on its way");
@@ -435,10 +410,10 @@ mod tests {
         respond(&mut tickets);
         assert!(!tickets.all_have_answered(RESPONSE));
         tickets.come(one);
-        let areas = tickets.take(one, hold(Some(RESPONSE))).unwrap();
+        let areas = tickets.take(one, hold(Purpose::Answer(RESPONSE))).unwrap();
         tickets.remove(other);
         assert!(!tickets.all_have_answered(RESPONSE), "one has the areas");
-        tickets.put_back(one, areas, Some(RESPONSE));
+        tickets.put_back(one, areas, None);
         assert!(tickets.all_have_answered(RESPONSE), "one that only locks is not waited for");
         tickets.remove(lock);
         // A thread that comes within the window answers, too.
@@ -472,7 +447,7 @@ mod tests {
         let hook = tickets.set_hook();
         respond(&mut tickets);
         tickets.come(hook);
-        let areas = tickets.take(hook, hold(Some(RESPONSE))).unwrap();
+        let areas = tickets.take(hook, hold(Purpose::Answer(RESPONSE))).unwrap();
         let waits = tickets.add(Stage::Waiting);
         tickets.respond(RESPONSE + 1, true, |_| ());
         tickets.come(waits);

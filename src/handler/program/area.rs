@@ -68,7 +68,8 @@ use crate::terminals::Motor;
 /// ```
 pub struct TransferAreas {
     shared: Arc<Shared>,
-    known: AtomicKnown,
+    /// What this handle knows.
+    pub(super) known: AtomicKnown,
     panicking: PanicCheck,
 }
 
@@ -88,11 +89,6 @@ impl TransferAreas {
         }
     }
 
-    /// What this handle knows.
-    pub(crate) fn known(&self) -> Known {
-        self.known.get()
-    }
-
     /// Makes a call from which this handle learns what it does not know yet, and stores what it knows then.
     #[track_caller]
     pub(crate) fn learn<R>(&self, call: impl FnOnce(&mut Known) -> R) -> R {
@@ -110,13 +106,8 @@ impl TransferAreas {
 
     /// The guard that a wait returns: the next wait waits for a newer response.
     pub(crate) fn returned(&self, lease: Lease) -> TransferAreaGuard<'_> {
-        self.note_returned(lease.response);
+        self.known.learn(Known { returned: lease.response, ..Known::default() });
         self.guard(lease)
-    }
-
-    /// A wait returns this response.
-    pub(crate) fn note_returned(&self, response: u64) {
-        self.known.learn(Known { returned: response, ..Known::default() });
     }
 
     /// Locks the areas, with the newest inputs in them.
@@ -187,7 +178,7 @@ impl TransferAreas {
 
     #[track_caller]
     fn wait(&self, limit: Option<Duration>) -> Result<TransferAreaGuard<'_>, Error> {
-        let deadline = limit.and_then(|limit| self.shared.clock().deadline_after(limit));
+        let deadline = limit.and_then(|limit| self.shared.state().clock.deadline_after(limit));
         let mut known = self.known.get();
         // Not in a closure, so that a panic names the program's line.
         let after = known.returned;
@@ -247,12 +238,15 @@ impl TransferAreas {
     #[doc(alias = "MotorIOLib_ThreadIsRunning")]
     #[must_use]
     pub fn is_running(&self) -> bool {
-        self.learn(|known| self.shared.is_running(known))
+        self.learn(|known| self.shared.state().check_running(known)).is_ok()
     }
 
     /// The error that ended the last transfer, until the next `begin_transfer`.
     pub fn error(&self) -> Option<Error> {
-        self.learn(|known| self.shared.error(known))
+        self.learn(|known| {
+            let state = self.shared.state();
+            state.check_running(known).err().and_then(|_| state.transfer.error())
+        })
     }
 
     /// Statistics of the current transfer, or of the last one.
@@ -307,8 +301,7 @@ impl TransferAreas {
     #[doc(alias = "SetFtCbJoyStick")]
     pub fn events(&self, kinds: &[EventKind], capacity: usize) -> Result<Events, Error> {
         Error::check_range("capacity for events", capacity, 1..=Events::MAX_CAPACITY as i64)?;
-        let shared = Arc::clone(self.shared());
-        Ok(Events::new(&self.shared().listeners, kinds, capacity, shared))
+        Ok(Events::new(Arc::clone(&self.shared), kinds, capacity))
     }
 
     /// Logs every cycle from now on, for a recorder: each request with the response to it, and the beginnings,
@@ -351,8 +344,7 @@ impl TransferAreas {
     /// [`Error::OutOfRange`] for the capacity.
     pub fn cycle_log(&self, capacity: usize) -> Result<CycleLog, Error> {
         Error::check_range("capacity for a log", capacity, 1..=CycleLog::MAX_CAPACITY as i64)?;
-        let shared = self.shared();
-        Ok(CycleLog::new(Arc::clone(&shared.listeners), shared.add_log(capacity)))
+        Ok(CycleLog::new(Arc::clone(&self.shared), capacity))
     }
 
     /// Sends [`Event::MotorStalled`](crate::Event::MotorStalled) when a motor should turn but its counter does
@@ -394,15 +386,16 @@ impl TransferAreas {
 
 #[cfg(all(test, not(shuttle)))]
 mod tests {
+    use super::Known;
     use crate::TransferAreaComHandler;
 
     #[test]
     fn a_wait_that_ends_late_does_not_make_a_newer_response_new_again() {
         let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
         let area = handler.areas().clone();
-        area.note_returned(2);
+        area.known.learn(Known { returned: 2, ..Known::default() });
         // Of another thread that shares the handle.
-        area.note_returned(1);
-        assert_eq!(area.known().returned, 2);
+        area.known.learn(Known { returned: 1, ..Known::default() });
+        assert_eq!(area.known.get().returned, 2);
     }
 }

@@ -10,10 +10,10 @@ use std::sync::Arc;
 use crate::error::Error;
 use crate::handler::com_handler::TransferAreaComHandler;
 use crate::handler::parts::phase::Stop;
-use crate::handler::parts::tickets::TicketId;
+use crate::handler::parts::tickets::{Stage, TicketId};
 use crate::handler::program::area::TransferAreas;
 use crate::handler::program::guard::TransferAreaGuard;
-use crate::handler::state::{HookStep, Lease};
+use crate::handler::state::Lease;
 use crate::handler::sync::{spawn, thread_id};
 
 impl TransferAreaComHandler {
@@ -95,9 +95,10 @@ impl TransferAreaComHandler {
         let shared = self.areas().shared();
         let Some((ticket, known)) = shared.replace_hook(true) else { return Ok(()) };
         let area = TransferAreas::new(Arc::clone(shared));
-        area.learn(|learned| *learned = known);
+        area.known.learn(known);
         // Without a thread it is dropped here, and the ticket with it.
         let thread = HookThread { area, ticket };
+        let hook = Box::new(hook);
         spawn("cycle-hook", move || thread.run(hook)).map(drop).map_err(Error::not_started)
     }
 
@@ -111,6 +112,9 @@ impl TransferAreaComHandler {
     }
 }
 
+/// The program's function.
+type Hook = dyn FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()> + Send;
+
 /// The thread that calls the program's function.
 struct HookThread {
     area: TransferAreas,
@@ -118,10 +122,7 @@ struct HookThread {
 }
 
 impl HookThread {
-    fn run<H>(self, mut hook: H)
-    where
-        H: FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()>,
-    {
+    fn run(self, mut hook: Box<Hook>) {
         let shared = self.area.shared();
         shared.state().tickets.hook_begins(self.ticket, thread_id());
         while let Some((call, transfer)) = self.next_call() {
@@ -137,10 +138,7 @@ impl HookThread {
         }
     }
 
-    fn call<H>(&self, hook: &mut H, call: Result<Lease, Error>, transfer: u64)
-    where
-        H: FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()>,
-    {
+    fn call(&self, hook: &mut Hook, call: Result<Lease, Error>, transfer: u64) {
         // A panic drops the guard, which undoes what was written.
         let mut guard = call.map(|lease| self.area.returned(lease));
         let areas = guard.as_mut().map_err(|error| error.clone());
@@ -154,25 +152,22 @@ impl HookThread {
     fn next_call(&self) -> Option<(Result<Lease, Error>, u64)> {
         let shared = self.area.shared();
         let mut state = shared.state();
-        loop {
-            match self.area.learn(|known| state.hook_step(self.ticket, known)) {
-                HookStep::Call(call, transfer) => {
-                    if call.is_err() {
-                        shared.hook_makes_way(&state);
-                    }
-                    return Some((call, transfer));
-                }
-                HookStep::Leave => {
+        while state.tickets.hook() == Some(self.ticket) {
+            let call = self.area.learn(|known| state.hook_call(self.ticket, known));
+            if let Some(call) = call {
+                if call.is_err() {
                     shared.hook_makes_way(&state);
-                    return None;
                 }
-                HookStep::Wait => {}
+                return Some((call, state.transfer.number()));
             }
             if state.next_may_leave() {
                 shared.attended.notify_one();
             }
             shared.waker(self.ticket).wait(&mut state);
         }
+        state.tickets.change(self.ticket, Stage::Away);
+        shared.hook_makes_way(&state);
+        None
     }
 
     /// The hook ends the transfer of this number. Another one may have begun since its call.

@@ -5,10 +5,8 @@ use std::time::{Duration, Instant};
 
 use crate::camera::CameraControl;
 use crate::error::Error;
-use crate::handler::events::{Source, Step, Subscription};
 use crate::handler::long_guard::name_of;
 use crate::handler::parts::camera_work::CameraCommand;
-use crate::handler::parts::clock::TransferClock;
 use crate::handler::parts::phase::Stop;
 use crate::handler::parts::tickets::{Stage, TicketId};
 use crate::handler::program::known::Known;
@@ -150,11 +148,11 @@ impl Shared {
         known: &mut Known,
         deadline: Option<Instant>,
     ) -> Result<bool, Error> {
-        if self.is_lock_step() {
+        if self.lock_step {
             self.attended.notify_one();
         }
         // In lock-step only responses move the time.
-        let by_clock = deadline.filter(|_| !self.is_lock_step());
+        let by_clock = deadline.filter(|_| !self.lock_step);
         let mut timed_out = false;
         loop {
             match state.tickets.stage(ticket) {
@@ -171,9 +169,30 @@ impl Shared {
         }
     }
 
+    /// In lock-step, for a listener: waits until more has happened than was `seen`. Does not wait without a transfer, and
+    /// returns whether there is one.
+    pub(crate) fn step(&self, mut seen: Known) -> bool {
+        let mut state = self.state_to_wait();
+        if !state.transfer.is_running() {
+            return false;
+        }
+        if let Some(ticket) = state.begin_step(seen) {
+            // An error comes as an event, too.
+            if let Ok(true) = self.wait_for_response(&mut state, ticket, &mut seen, None) {
+                self.leave_line(&mut state, ticket);
+            }
+        }
+        true
+    }
+
     /// The thread does not wait any more, and answers nothing.
     fn leave_line(&self, state: &mut State, ticket: TicketId) {
         state.tickets.remove(ticket);
+        self.make_way(state);
+    }
+
+    /// A thread does not want the areas any more: another one may be first, or the request may leave.
+    fn make_way(&self, state: &State) {
         self.wake_first(state);
         if state.next_may_leave() {
             self.attended.notify_one();
@@ -192,22 +211,6 @@ impl Shared {
         let mut state = self.state();
         state.feed_watchdog();
         state.report(known)
-    }
-
-    /// The clock for time limits, with its current time.
-    pub(crate) fn clock(&self) -> TransferClock {
-        self.state().clock
-    }
-
-    /// Whether a transfer is running.
-    pub(crate) fn is_running(&self, known: &mut Known) -> bool {
-        self.state().check_running(known).is_ok()
-    }
-
-    /// The error that ended the last transfer, until the next begins.
-    pub(crate) fn error(&self, known: &mut Known) -> Option<Error> {
-        let state = self.state();
-        state.check_running(known).err().and_then(|_| state.transfer.error())
     }
 
     /// Asks the current transfer to end; returns its number, or that of the last one.
@@ -231,22 +234,20 @@ impl Shared {
         let mut state = self.state();
         state.transfer.check_running()?;
         let number = state.transfer.number();
-        state.camera.command(command);
-        if self.is_lock_step() {
+        state.camera.command = Some(command);
+        if self.lock_step {
             self.attended.notify_one();
         }
         let goes_on =
             |state: &State| state.transfer.is_running() && state.transfer.number() == number;
-        while state.camera.has_command() && goes_on(&state) {
+        while state.camera.command.is_some() && goes_on(&state) {
             self.changed.wait(&mut state);
         }
-        state.transfer.check_running()?;
-        // Another transfer may have begun meanwhile.
         if goes_on(&state) {
-            Ok(())
-        } else {
-            Err(Error::NotStarted)
+            return Ok(());
         }
+        // Another transfer may have begun meanwhile.
+        state.transfer.check_running().and(Err(Error::NotStarted))
     }
 
     /// Makes this stream end with the transfer; immediately if the transfer has already ended.
@@ -258,7 +259,7 @@ impl Shared {
             // A gap has begun since the camera's server was started.
             stream.pause();
         }
-        state.camera.set_stream(stream);
+        state.camera.stream = Some(stream);
     }
 
     /// Sets another hook or none, and waits until the threads of earlier ones have ended, unless this is one.
@@ -281,22 +282,11 @@ impl Shared {
         set
     }
 
-    /// The hook does not want the areas any more, or its thread has ended: others may be first, or the request may leave.
+    /// The hook does not want the areas any more, or its thread has ended: the next hook may begin.
     pub(crate) fn hook_makes_way(&self, state: &State) {
         self.changed.notify_all();
         state.tickets.hook().into_iter().for_each(|next| self.wake(next));
-        self.wake_first(state);
-        if state.next_may_leave() {
-            self.attended.notify_one();
-        }
-    }
-
-    /// Adds a log of all cycles.
-    pub(crate) fn add_log(&self, capacity: usize) -> Subscription {
-        // Locked meanwhile, so that no beginning and no response comes between.
-        let mut listeners = self.listeners.lock();
-        let running = self.state().beginning();
-        listeners.add_log(capacity, running)
+        self.make_way(state);
     }
 }
 
@@ -309,32 +299,4 @@ fn panic_of_holder(held: Duration) -> ! {
          the value that you need and drop the guard first",
         name_of(&current_thread()),
     )
-}
-
-/// A subscription belongs to the transfer.
-impl Source for Arc<Shared> {
-    fn panicked(&self) {
-        self.ask_to_stop(Stop::ProgramPanicked);
-    }
-
-    fn seen(&self) -> Option<Known> {
-        self.is_lock_step().then(|| self.state().known_now())
-    }
-
-    fn step(&self, mut seen: Known) -> Step {
-        let mut state = self.state_to_wait();
-        if !state.transfer.is_running() {
-            return Step::NoTransfer;
-        }
-        let Some(ticket) = state.begin_step(seen) else { return Step::Done };
-        // An error comes as an event, too.
-        if let Ok(true) = self.wait_for_response(&mut state, ticket, &mut seen, None) {
-            self.leave_line(&mut state, ticket);
-        }
-        Step::Done
-    }
-
-    fn now(&self) -> Instant {
-        self.clock().now()
-    }
 }

@@ -51,27 +51,28 @@ impl TransferAreas {
         mut condition: impl FnMut(&[FishX1Transfer]) -> bool,
         limit: Duration,
     ) -> Result<TransferAreaGuard<'_>, Error> {
-        let deadline = self.shared().clock().deadline_after(limit);
+        let deadline = self.shared().state().clock.deadline_after(limit);
         let timed_out = || Error::WaitTimedOut { limit };
-        let mut known = self.known();
+        let mut known = self.known.get();
         // Not in a closure, so that a panic names the program's line.
         let look = self.shared().look(&mut known, deadline);
-        self.learn(|learned| *learned = known);
+        self.known.learn(known);
         let mut areas = self.guard(look?.ok_or_else(timed_out)?);
         // In lock-step each wait asks for a response, also one without time.
-        let mut moves_time = self.shared().is_lock_step();
+        let mut moves_time = self.shared().lock_step;
         while !condition(&areas) {
             let checked = areas.response();
             drop(areas);
             // Responses may come in faster than they can be checked.
-            let is_over = deadline.is_some_and(|deadline| deadline <= self.shared().clock().now());
+            let is_over =
+                deadline.is_some_and(|deadline| deadline <= self.shared().state().clock.now());
             if !std::mem::take(&mut moves_time) && is_over {
                 return Err(timed_out());
             }
             let wait = |known: &mut Known| self.shared().wait_cycle(known, checked, deadline);
             areas = self.guard(self.learn(wait)?.ok_or_else(timed_out)?);
         }
-        self.note_returned(areas.response());
+        self.known.learn(Known { returned: areas.response(), ..Known::default() });
         Ok(areas)
     }
 
@@ -146,7 +147,7 @@ impl TransferAreas {
 
     /// Returns an error unless there is an area with this index.
     pub(crate) fn check_area(&self, area: usize) -> Result<(), Error> {
-        let most = self.shared().area_count() as i64 - 1;
+        let most = self.shared().state().outgoing().len() as i64 - 1;
         Error::check_range("area's index", area, 0..=most)
     }
 
@@ -171,7 +172,6 @@ mod tests {
     use super::*;
     use crate::exchange::{Inputs, Outgoing};
     use crate::handler::shared::Shared;
-    use crate::handler::transfer::side::Side;
 
     /// Areas of a transfer that is running.
     fn begun() -> TransferAreas {
@@ -181,7 +181,7 @@ mod tests {
     /// A response comes in; its window stays open.
     fn respond(area: &TransferAreas) {
         let nothing = &mut Inputs::default();
-        Side(area.shared()).deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
+        area.shared().deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
     }
 
     /// The response that a wait for one `after` another finds immediately.
@@ -194,7 +194,7 @@ mod tests {
     fn a_response_that_comes_in_during_the_first_check_is_answered_within_its_window() {
         let area = begun();
         respond(&area);
-        Side(area.shared()).hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
+        area.shared().hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
         let look = || area.learn(|known| area.shared().look(known, None)).unwrap();
         let first = area.guard(look().unwrap());
         assert_eq!(first.response(), 1, "its window was closed");

@@ -3,19 +3,19 @@
 use std::time::Duration;
 
 use crate::client::Endpoint;
-#[cfg(not(all(test, shuttle)))]
-use crate::client::TxtClient;
 use crate::error::Error;
 use crate::events::Comparison;
 use crate::exchange::{Inputs, Outgoing, SentConfigs};
-#[cfg(all(test, shuttle))]
-use crate::handler::model::TxtClient;
-use crate::handler::parts::camera_work::{CameraCommand, CameraTask};
+use crate::handler::parts::camera_work::CameraCommand;
 use crate::handler::parts::phase::Stop;
+use crate::handler::shared::Shared;
 use crate::handler::state::{Delivered, State};
 use crate::handler::sync::{now, MutexGuard};
 use crate::handler::transfer::handshake::Link;
-use crate::handler::transfer::side::{Delivery, Side};
+use crate::handler::transfer::side::Delivery;
+use crate::handler::transfer::TxtClient;
+use crate::notices::notice;
+use crate::wire::StartCameraOnline;
 
 /// How often to look in lock-step whether the camera's stream is ready.
 const LOOK: Duration = Duration::from_millis(1);
@@ -23,7 +23,7 @@ const LOOK: Duration = Duration::from_millis(1);
 /// A connection, and what one cycle keeps for the next.
 pub(crate) struct Cycle<'a> {
     link: Link,
-    side: Side<'a>,
+    shared: &'a Shared,
     window: Duration,
     /// The content of the next request.
     areas: Vec<Outgoing>,
@@ -41,25 +41,30 @@ pub(crate) struct Cycle<'a> {
 ///
 /// It may still run since before a gap, or since a program that was killed. Two cameras end the maker's firmware (4.7.0,
 /// under emulation) when they stop.
-fn is_camera_off(client: &mut TxtClient, side: Side<'_>) -> Result<bool, Error> {
+fn is_camera_off(client: &mut TxtClient, shared: &Shared) -> Result<bool, Error> {
     if client.camera_pause().is_none() {
         client.stop_camera_online()?;
     }
     let pause = client.camera_pause().unwrap_or_default();
-    if side.is_lock_step() {
-        side.wait_for_stop(now() + pause);
-        return Ok(side.stop().is_none());
+    if shared.lock_step {
+        shared.wait_for_stop(now() + pause);
+        return Ok(shared.stop().is_none());
     }
     Ok(pause.is_zero())
 }
 
 impl<'a> Cycle<'a> {
     /// Cycles on a connection that is in online mode and has the areas' configuration.
-    pub(crate) fn new(link: Link, areas: Vec<Outgoing>, side: Side<'a>, window: Duration) -> Self {
+    pub(crate) fn new(
+        link: Link,
+        areas: Vec<Outgoing>,
+        shared: &'a Shared,
+        window: Duration,
+    ) -> Self {
         let configs_before = *link.exchange.sent_configs();
         Self {
             link,
-            side,
+            shared,
             window,
             areas,
             inputs_before: Inputs::default(),
@@ -71,10 +76,10 @@ impl<'a> Cycle<'a> {
 
     /// One cycle. Returns a stop if the transfer is to stop.
     pub(crate) fn run(&mut self) -> Result<Option<Stop>, Error> {
-        if self.side.is_lock_step() {
+        if self.shared.lock_step {
             // Before the first request, too.
             let stop = loop {
-                match self.side.wait_for_step(&mut self.areas) {
+                match self.shared.wait_for_step(&mut self.areas) {
                     Some(stop) => break stop,
                     None => self.run_command()?,
                 }
@@ -85,29 +90,26 @@ impl<'a> Cycle<'a> {
         }
         self.run_command()?;
         let (delivery, locked) = self.exchange()?;
-        if let Some(state) = locked {
-            // There is nothing to send between the response and its window.
-            return Ok(self.side.hold_window(Some(state), self.window, &mut self.areas));
-        }
-        Ok(self.finish(&delivery))
+        Ok(self.finish(&delivery, locked))
     }
 
-    /// Ends a cycle whose response has come in: notifies the program, and takes its outputs; in lock-step
-    /// they are taken later. Returns a stop if the transfer is to stop.
-    pub(crate) fn finish(&mut self, delivery: &Delivery) -> Option<Stop> {
+    /// Ends a cycle whose response has come in: sends its events, gives the program time to answer, and takes its
+    /// outputs; in lock-step they are taken later. Returns a stop if the transfer is to stop.
+    ///
+    /// The state may be `locked` since the delivery if there is nobody to send events to.
+    pub(crate) fn finish(
+        &mut self,
+        delivery: &Delivery,
+        locked: Option<MutexGuard<'_, State>>,
+    ) -> Option<Stop> {
         self.announce(delivery);
-        if self.side.is_lock_step() {
+        if self.shared.lock_step {
             return None;
         }
-        self.take_outputs()
+        self.shared.hold_window(locked, self.window, &mut self.areas)
     }
 
-    /// Gives the program time to answer, and takes its outputs. Returns a stop if the transfer is to stop.
-    fn take_outputs(&mut self) -> Option<Stop> {
-        self.side.hold_window(None, self.window, &mut self.areas)
-    }
-
-    /// Sends what has changed, and delivers the response, as [`Side::deliver`].
+    /// Sends what has changed, and delivers the response, as [`Shared::deliver`].
     fn exchange(&mut self) -> Result<(Delivery, Option<MutexGuard<'a, State>>), Error> {
         let Link { client, exchange } = &mut self.link;
         if self.configs_changed {
@@ -117,9 +119,9 @@ impl<'a> Cycle<'a> {
         self.configs_changed = config_updates > 0;
         let inputs = client.exchange(exchange, &self.areas)?;
         let (before, now) = (&mut self.inputs_before, &mut self.inputs);
-        let (delivery, locked) = self.side.deliver(inputs, config_updates, before, now);
+        let (delivery, locked) = self.shared.deliver(inputs, config_updates, before, now);
         if delivery.logged {
-            self.side.log(&delivery.response, &self.areas, inputs);
+            self.shared.log(&delivery.response, &self.areas, inputs);
         }
         Ok((delivery, locked))
     }
@@ -128,8 +130,8 @@ impl<'a> Cycle<'a> {
     /// events are there when their wait ends.
     fn announce(&self, delivery: &Delivery) {
         self.send_events(delivery);
-        if self.side.opens_later(delivery) {
-            self.side.open_window();
+        if delivery.opens_later {
+            self.shared.open_window();
         }
     }
 
@@ -147,7 +149,7 @@ impl<'a> Cycle<'a> {
             sent: &self.areas,
         };
         let Delivered { number, cycle, arrived, .. } = delivery.response;
-        self.side.0.listeners.lock().send_response(&comparison, number, cycle, arrived);
+        self.shared.listeners.lock().send_response(&comparison, number, cycle, arrived);
     }
 
     /// Does what has to be done for the camera.
@@ -155,32 +157,35 @@ impl<'a> Cycle<'a> {
     /// What must wait is tried again in the next cycle.
     fn run_command(&mut self) -> Result<(), Error> {
         let client = &mut self.link.client;
-        let task = self.side.state().camera.task();
-        match task {
-            None => {}
-            Some(CameraTask::Restart(start, server)) => {
-                if !is_camera_off(client, self.side)? {
+        let Some(task) = self.shared.state().camera.task() else { return Ok(()) };
+        match task.command {
+            CameraCommand::Stop => client.stop_camera_online()?,
+            CameraCommand::Start(start) => {
+                if !is_camera_off(client, self.shared)? {
                     return Ok(());
                 }
-                if let Some(server) = self.side.prepare_camera(&server) {
-                    client.start_camera_online(&start)?;
-                    self.side.resume_camera(server);
-                } else if self.side.is_lock_step() {
-                    // The stream needs real time, and in lock-step exchanges take none.
-                    self.side.wait_for_stop(now() + LOOK);
-                }
-            }
-            Some(CameraTask::Send(CameraCommand::Start(start))) => {
-                if !is_camera_off(client, self.side)? {
-                    return Ok(());
+                if let Some(server) = task.restart_at {
+                    return self.restart_camera(&start, &server);
                 }
                 client.start_camera_online(&start)?;
-                self.side.command_is_done();
             }
-            Some(CameraTask::Send(CameraCommand::Stop)) => {
-                client.stop_camera_online()?;
-                self.side.command_is_done();
-            }
+        }
+        self.shared.command_is_done();
+        Ok(())
+    }
+
+    /// After a gap: starts the camera's server again, when the stream is ready for that.
+    fn restart_camera(
+        &mut self,
+        start: &StartCameraOnline,
+        server: &Endpoint,
+    ) -> Result<(), Error> {
+        if let Some(server) = self.shared.prepare_camera(server) {
+            self.link.client.start_camera_online(start)?;
+            self.shared.resume_camera(server);
+        } else if self.shared.lock_step {
+            // The stream needs real time, and in lock-step exchanges take none.
+            self.shared.wait_for_stop(now() + LOOK);
         }
         Ok(())
     }
@@ -195,10 +200,17 @@ impl<'a> Cycle<'a> {
         self.configs_before = *link.exchange.sent_configs();
         self.configs_changed = false;
         self.link = link;
-        self.areas = self.side.outgoing();
-        self.side.state().camera.restart_at(camera);
+        self.areas = self.shared.outgoing();
+        self.shared.state().camera.restart_at = camera;
         let (delivery, _) = self.exchange()?;
         Ok(delivery)
+    }
+
+    /// Tells the program that the connection is lost, stops the motors if it still works, and closes it.
+    pub(crate) fn lose(&mut self, error: &Error) {
+        notice!(Warn, "the connection is lost and is being re-established: {error:#}");
+        self.shared.lose_connection(error, &mut self.areas);
+        self.abandon();
     }
 
     /// Stops motors and sounds with a last exchange and ends online mode.
@@ -206,7 +218,7 @@ impl<'a> Cycle<'a> {
         self.link.exchange.end_sounds();
         let (delivery, _) = self.exchange()?;
         self.announce(&delivery);
-        if self.side.state().camera.is_running() {
+        if self.shared.state().camera.is_running() {
             self.link.client.stop_camera_online()?;
         }
         self.link.client.stop_online()

@@ -2,18 +2,15 @@
 
 use std::time::Duration;
 
-#[cfg(not(all(test, shuttle)))]
-use crate::client::TxtClient;
-use crate::client::{I2cAccess, I2cLine, TimeLimits};
+use crate::client::{I2cAccess, TimeLimits};
 use crate::error::Error;
-use crate::exchange::{Exchange, Outgoing};
+use crate::exchange::Exchange;
 use crate::firmware::FirmwareVersion;
-#[cfg(all(test, shuttle))]
-use crate::handler::model::TxtClient;
 use crate::handler::settings::Settings;
+use crate::handler::shared::Shared;
 use crate::handler::state::Controller;
 use crate::handler::sync::now;
-use crate::handler::transfer::side::Side;
+use crate::handler::transfer::TxtClient;
 use crate::notices::notice;
 
 /// A connection in online mode, and the exchange on it.
@@ -30,26 +27,22 @@ const RESTART_PAUSE: Duration = Duration::from_millis(200);
 ///
 /// The maker's firmware 4.7.0 (measured under emulation) ends at a StartOnline less than 5 s after another client's,
 /// unless that client was right with I2C. It is back after 2 s.
-pub(crate) fn begin(settings: &Settings, side: Side<'_>) -> Result<(Link, u64), Error> {
+pub(crate) fn begin(settings: &Settings, shared: &Shared) -> Result<(Link, u64), Error> {
     let limit = settings.limits.connect;
-    let attempt = |limit| {
-        let found = |controller| side.state().set_controller(controller);
-        connect(settings, limit, &side.0.i2c, &side.outgoing(), found)
-    };
-    let closed = match attempt(limit) {
+    let closed = match connect(settings, limit, shared) {
         Err(error @ Error::ConnectionClosed { command: "StartOnline", received: 0 }) => error,
         result => return result,
     };
     notice!(Warn, "{closed}; it is tried again for {limit:?}");
     let deadline = now() + limit;
     loop {
-        side.wait_for_stop(now() + RESTART_PAUSE);
-        if let Some(stop) = side.stop() {
+        shared.wait_for_stop(now() + RESTART_PAUSE);
+        if let Some(stop) = shared.stop() {
             stop.result()?;
             return Err(Error::NotStarted);
         }
         let rest = deadline.saturating_duration_since(now());
-        match attempt(rest.max(RESTART_PAUSE)) {
+        match connect(settings, rest.max(RESTART_PAUSE), shared) {
             Err(error @ Error::FirmwareTooOld { .. }) => return Err(error),
             Err(_) if rest.is_zero() => return Err(closed),
             Err(error) => notice!(Debug, "not connected yet: {error:#}"),
@@ -58,36 +51,34 @@ pub(crate) fn begin(settings: &Settings, side: Side<'_>) -> Result<(Link, u64), 
     }
 }
 
-/// Connects, checks the firmware, begins online mode and hands over the configurations of all areas.
-/// I2C requests on `i2c` reach the controller then. Calls `found` with the controller, and returns how many configurations there were.
+/// Connects, checks the firmware, begins online mode and hands over the configurations of all areas; returns how many
+/// there were. I2C requests reach the controller then, and its name and version are known.
 ///
 /// Any thread can call this. Connecting takes at most `limit`, and each response as long as the settings
 /// allow.
 pub(crate) fn connect(
     settings: &Settings,
     limit: Duration,
-    i2c: &I2cLine,
-    areas: &[Outgoing],
-    mut found: impl FnMut(Controller),
+    shared: &Shared,
 ) -> Result<(Link, u64), Error> {
     let Settings { network, host, port, i2c_port, i2c_port_is_known, .. } = settings;
     let limits = TimeLimits { connect: limit, ..settings.limits };
     let mut client = TxtClient::connect_within(*network, host, *port, limits)?;
     let address = client.address();
     let status = client.query_status()?;
-    found(Controller { status, address });
+    shared.state().controller = Some(Controller { status, address });
     let (version, required) = (status.version, FirmwareVersion::OLDEST_SUPPORTED);
     if version < required {
         return Err(Error::FirmwareTooOld { found: version, required });
     }
     notice!(Info, "{} with firmware {version} at {host}:{port}", status.name());
     client.set_i2c_access(I2cAccess {
-        line: i2c.clone(),
+        line: shared.i2c.clone(),
         port: *i2c_port,
         at_once: *i2c_port_is_known,
     });
     client.start_online()?;
     let mut exchange = Exchange::new(settings.mode, version);
-    let config_updates = client.update_configs(&mut exchange, areas)?;
+    let config_updates = client.update_configs(&mut exchange, &shared.outgoing())?;
     Ok((Link { client, exchange }, config_updates))
 }

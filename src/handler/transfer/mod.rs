@@ -7,3 +7,8 @@ mod peer;
 mod reconnect;
 pub(crate) mod side;
 pub(crate) mod thread;
+
+#[cfg(not(all(test, shuttle)))]
+use crate::client::TxtClient;
+#[cfg(all(test, shuttle))]
+use crate::handler::model::TxtClient;

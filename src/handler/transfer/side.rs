@@ -10,15 +10,10 @@ use crate::events::{Event, KindSet, Logged, LoggedCycle};
 use crate::exchange::{Inputs, Outgoing};
 use crate::handler::long_guard::{warn_of, GUARD_IS_LONG};
 use crate::handler::parts::phase::Stop;
-use crate::handler::parts::tickets::TicketId;
 use crate::handler::shared::Shared;
 use crate::handler::state::{Delivered, State};
 use crate::handler::sync::{now, wait_on_time, wait_until, MutexGuard};
 use crate::notices::notice;
-
-/// The transfer's side of the shared state.
-#[derive(Clone, Copy)]
-pub(crate) struct Side<'a>(pub(crate) &'a Shared);
 
 /// A response that was delivered, and who wants to learn of it.
 #[derive(Clone, Copy, Debug)]
@@ -28,64 +23,53 @@ pub(crate) struct Delivery {
     pub(crate) listened: KindSet,
     /// Whether there are logs of all cycles.
     pub(crate) logged: bool,
+    /// Whether the window is still closed: in lock-step the events and logs come first.
+    pub(crate) opens_later: bool,
 }
 
-impl<'a> Side<'a> {
+impl Shared {
     /// The areas as the last guard left them.
-    pub(crate) fn outgoing(self) -> Vec<Outgoing> {
+    pub(crate) fn outgoing(&self) -> Vec<Outgoing> {
         self.state().outgoing().to_vec()
     }
 
-    pub(crate) fn is_lock_step(self) -> bool {
-        self.0.is_lock_step()
-    }
-
-    pub(crate) fn state(self) -> MutexGuard<'a, State> {
-        self.0.state()
-    }
-
     /// Why the transfer is to stop although the connection works.
-    pub(crate) fn stop(self) -> Option<Stop> {
+    pub(crate) fn stop(&self) -> Option<Stop> {
         self.state().transfer.stop()
-    }
-
-    fn wake(self) -> impl Fn(TicketId) + 'a {
-        let shared = self.0;
-        move |ticket| shared.wake(ticket)
     }
 
     // The beginning.
 
     /// Begins a transfer for which this number of configurations was sent; returns an error when it was
     /// stopped meanwhile.
-    pub(crate) fn run(self, config_updates: u64) -> Result<(), Stop> {
-        let mut listeners = self.0.listeners.lock();
+    pub(crate) fn run(&self, config_updates: u64) -> Result<(), Stop> {
+        let mut listeners = self.listeners.lock();
         let mut state = self.state();
         state.run(config_updates)?;
-        if let Some(beginning) = state.beginning().filter(|_| !listeners.logs().is_empty()) {
-            listeners.logs().note(&Logged::Began(beginning));
+        if let Some(beginning) = state.beginning().filter(|_| !listeners.logs.is_empty()) {
+            listeners.logs.note(&Logged::Began(beginning));
         }
         drop(state);
-        self.0.changed.notify_all();
+        self.changed.notify_all();
         Ok(())
     }
 
     /// Stores why a transfer could not begin. One that runs, but has no thread, ends.
-    pub(crate) fn fail(self, error: Error) {
+    pub(crate) fn fail(&self, error: Error) {
         let is_running = self.state().transfer.is_running();
         if is_running {
             return self.finish(Some(error));
         }
-        let mut listeners = self.0.listeners.lock();
+        let mut listeners = self.listeners.lock();
         let mut state = self.state();
         let at = state.clock.now();
         // A transfer that another thread has ended is not a failure.
         let error = Some(error).filter(|error| *error != Error::NotStarted);
         state.transfer.end(at, error.clone());
         drop(state);
-        self.0.changed.notify_all();
+        self.changed.notify_all();
         if let Some(error) = error {
-            listeners.logs().note(&Logged::Failed { at, error });
+            listeners.logs.note(&Logged::Failed { at, error });
         }
     }
 
@@ -100,16 +84,15 @@ impl<'a> Side<'a> {
     /// [`hold_window`](Self::hold_window): otherwise the threads that were woken meet the transfer thread at the
     /// lock.
     pub(crate) fn deliver(
-        self,
+        &self,
         inputs: &Inputs,
         config_updates: u64,
         before: &mut Inputs,
         now: &mut Inputs,
-    ) -> (Delivery, Option<MutexGuard<'a, State>>) {
-        let mut listeners = self.0.listeners.lock();
-        let mut state = self.0.state_soon();
-        let listened = listeners.note_response(state.next_response());
-        let logged = !listeners.logs().is_empty();
+    ) -> (Delivery, Option<MutexGuard<'_, State>>) {
+        let listeners = self.listeners.lock();
+        let mut state = self.state_soon();
+        let (listened, logged) = (listeners.kinds(), !listeners.logs.is_empty());
         drop(listeners);
         if !listened.is_empty() {
             before.clone_from(state.incoming());
@@ -118,30 +101,26 @@ impl<'a> Side<'a> {
         if !listened.is_empty() {
             now.clone_from(state.incoming());
         }
-        let delivery = Delivery { response, listened, logged };
-        if !self.opens_later(&delivery) {
-            state.open_window(self.wake());
+        let has_audience = logged || !listened.is_empty();
+        let opens_later = has_audience && self.lock_step;
+        if !opens_later {
+            state.open_window(|ticket| self.wake(ticket));
         }
-        let locked = Some(state).filter(|_| !delivery.has_audience() && !self.is_lock_step());
-        (delivery, locked)
-    }
-
-    /// Whether the window is still closed: in lock-step the events come first.
-    pub(crate) fn opens_later(self, delivery: &Delivery) -> bool {
-        self.is_lock_step() && delivery.has_audience()
+        let locked = Some(state).filter(|_| !has_audience);
+        (Delivery { response, listened, logged, opens_later }, locked)
     }
 
     /// Opens the window for reactions to the last response.
-    pub(crate) fn open_window(self) {
-        self.state().open_window(self.wake());
+    pub(crate) fn open_window(&self) {
+        self.state().open_window(|ticket| self.wake(ticket));
     }
 
     /// Logs a response that was delivered, with the areas of its request.
-    pub(crate) fn log(self, response: &Delivered, sent: &[Outgoing], inputs: &Inputs) {
+    pub(crate) fn log(&self, response: &Delivered, sent: &[Outgoing], inputs: &Inputs) {
         let Delivered { cycle, arrived, first, .. } = *response;
         let statistics = self.state().statistics;
         let cycle = LoggedCycle::exchanged(cycle, arrived, first, statistics, sent, inputs);
-        self.0.listeners.lock().logs().note_cycle(&cycle);
+        self.listeners.lock().logs.note_cycle(&cycle);
     }
 
     /// Holds the window open until all threads have reacted, it has lasted `length`, or a stop is requested;
@@ -149,30 +128,30 @@ impl<'a> Side<'a> {
     ///
     /// When the watchdog expires, stops the outputs and informs the program.
     pub(crate) fn hold_window(
-        self,
-        locked: Option<MutexGuard<'a, State>>,
+        &self,
+        locked: Option<MutexGuard<'_, State>>,
         length: Duration,
         areas: &mut [Outgoing],
     ) -> Option<Stop> {
-        let mut state = locked.unwrap_or_else(|| self.0.state_soon());
+        let mut state = locked.unwrap_or_else(|| self.state_soon());
         let end = state.window_end(length);
         while state.transfer.stop().is_none() && !state.next_may_leave() {
             let deadline = state.next_deadline(end);
-            if wait_on_time(&self.0.attended, &mut state, deadline) {
+            if wait_on_time(&self.attended, &mut state, deadline) {
                 // That of the watchdog may have moved meanwhile.
                 if state.next_deadline(end).is_some_and(|next| Some(next) <= deadline) {
                     break;
                 }
             }
         }
-        let expired = state.check_watchdog(self.wake());
+        let expired = state.check_watchdog(|ticket| self.wake(ticket));
         let stop = self.take_outputs(&mut state, areas);
         let event = expired.map(|limit| state.happens_now(Event::WatchdogExpired { limit }));
         let held = state.guard_to_warn_of(GUARD_IS_LONG, expired.is_some());
         drop(state);
         if let (Some(limit), Some(event)) = (expired, event) {
             notice!(Warn, "{}", Error::WatchdogExpired { limit });
-            self.0.listeners.lock().send_all(&event);
+            self.listeners.lock().send_all(&event);
         }
         if let Some(held) = held {
             warn_of(&held, expired.is_some());
@@ -182,27 +161,27 @@ impl<'a> Side<'a> {
 
     /// In lock-step: waits until the program asks for the next response or a stop is requested, and takes the outputs as
     /// [`hold_window`](Self::hold_window). `None` when a command is to be sent before that.
-    pub(crate) fn wait_for_step(self, areas: &mut [Outgoing]) -> Option<Option<Stop>> {
+    pub(crate) fn wait_for_step(&self, areas: &mut [Outgoing]) -> Option<Option<Stop>> {
         let mut state = self.state();
-        while state.transfer.stop().is_none() && !state.next_may_leave() {
-            if state.camera.has_command() {
+        loop {
+            let stop = state.transfer.stop();
+            if stop.is_none() && state.camera.command.is_some() {
                 return None;
             }
-            wait_until(&self.0.attended, &mut state, Some(now() + GUARD_IS_LONG));
+            if stop.is_some() || state.next_may_leave() {
+                return Some(self.take_outputs(&mut state, areas));
+            }
+            wait_until(&self.attended, &mut state, Some(now() + GUARD_IS_LONG));
             if let Some(held) = state.guard_to_warn_of(GUARD_IS_LONG, false) {
                 MutexGuard::unlocked(&mut state, || warn_of(&held, false));
             }
         }
-        if state.camera.has_command() && state.transfer.stop().is_none() {
-            return None;
-        }
-        Some(self.take_outputs(&mut state, areas))
     }
 
     /// Closes the window and takes the outputs for the next request. Returns a stop if the transfer is to stop.
-    fn take_outputs(self, state: &mut State, areas: &mut [Outgoing]) -> Option<Stop> {
+    fn take_outputs(&self, state: &mut State, areas: &mut [Outgoing]) -> Option<Stop> {
         state.close_window();
-        self.0.wake_first(state);
+        self.wake_first(state);
         assert_eq!(areas.len(), state.outgoing().len(), "areas of the transfer and of the program");
         areas.copy_from_slice(state.outgoing());
         state.transfer.stop()
@@ -211,14 +190,14 @@ impl<'a> Side<'a> {
     // The camera.
 
     /// The program's command was sent.
-    pub(crate) fn command_is_done(self) {
+    pub(crate) fn command_is_done(&self) {
         self.state().camera.command_is_done();
-        self.0.changed.notify_all();
+        self.changed.notify_all();
     }
 
     /// The camera server to start again, when the stream is ready for that.
-    pub(crate) fn prepare_camera(self, server: &Endpoint) -> Option<CameraServer> {
-        let stream = self.state().camera.stream();
+    pub(crate) fn prepare_camera(&self, server: &Endpoint) -> Option<CameraServer> {
+        let stream = self.state().camera.stream.clone();
         match stream {
             Some(stream) => stream.prepare(server),
             None => Some(CameraServer::not_connected(server.clone())),
@@ -226,17 +205,17 @@ impl<'a> Side<'a> {
     }
 
     /// The controller's camera server was started again.
-    pub(crate) fn resume_camera(self, server: CameraServer) {
+    pub(crate) fn resume_camera(&self, server: CameraServer) {
         let mut state = self.state();
-        state.camera.is_restarted();
-        if let Some(stream) = state.camera.stream() {
+        state.camera.restart_at = None;
+        if let Some(stream) = &state.camera.stream {
             stream.resume(server);
         }
     }
 
     /// Stops the stream of frames, which ends with the transfer.
-    pub(crate) fn stop_camera(self) {
-        if let Some(stream) = self.state().camera.stream() {
+    pub(crate) fn stop_camera(&self) {
+        if let Some(stream) = self.state().camera.stream.clone() {
             stream.stop();
         }
     }
@@ -245,41 +224,43 @@ impl<'a> Side<'a> {
 
     /// The connection was lost, and another one is to be made: stops the outputs, takes them for the last
     /// request on this connection, and informs the program.
-    pub(crate) fn lose_connection(self, error: &Error, areas: &mut [Outgoing]) {
+    pub(crate) fn lose_connection(&self, error: &Error, areas: &mut [Outgoing]) {
         // Locked until the event is sent: in lock-step a listener that is woken finds it.
-        let mut listeners = self.0.listeners.lock();
+        let mut listeners = self.listeners.lock();
         let mut state = self.state();
-        state.lose_connection(error, self.wake());
-        self.0.wake_first(&state);
+        state.lose_connection(error, |ticket| self.wake(ticket));
+        self.wake_first(&state);
         areas.copy_from_slice(state.outgoing());
-        if let Some(stream) = state.camera.stream() {
+        if let Some(stream) = &state.camera.stream {
             stream.pause();
         }
         let event = state.happens_now(Event::ConnectionLost { error: error.clone() });
         listeners.send_all(&event);
     }
 
-    /// The connection is re-established, and its first response has come in.
-    pub(crate) fn resume(self, lost_for: Duration) {
+    /// The connection that was lost at this time is re-established, and its first response has come in.
+    pub(crate) fn resume(&self, lost_at: Instant) {
         let mut state = self.state();
-        state.feed_after_gap();
-        let event = state.happens_now(Event::ConnectionRestored { after: lost_for });
+        // In the gap the program could not show that it is alive.
+        state.watchdog.feed(now());
+        let after = state.clock.now() - lost_at;
+        let event = state.happens_now(Event::ConnectionRestored { after });
         drop(state);
-        self.0.listeners.lock().send_all(&event);
+        self.listeners.lock().send_all(&event);
     }
 
     /// Waits until a stop is requested, but not beyond the deadline.
-    pub(crate) fn wait_for_stop(self, deadline: Instant) {
+    pub(crate) fn wait_for_stop(&self, deadline: Instant) {
         let mut state = self.state();
         while state.transfer.stop().is_none() && now() < deadline {
-            wait_until(&self.0.attended, &mut state, Some(deadline));
+            wait_until(&self.attended, &mut state, Some(deadline));
         }
     }
 
     // The end.
 
     /// The transfer is about to end: stops the outputs, and takes them for the last request.
-    pub(crate) fn leave(self, areas: &mut [Outgoing]) {
+    pub(crate) fn leave(&self, areas: &mut [Outgoing]) {
         let mut state = self.state();
         state.leave();
         // After a panic of the transfer thread even the number of areas may be wrong.
@@ -289,25 +270,19 @@ impl<'a> Side<'a> {
     }
 
     /// Ends the transfer.
-    pub(crate) fn finish(self, error: Option<Error>) {
+    pub(crate) fn finish(&self, error: Option<Error>) {
         // Locked until the listeners are informed, so that later ones do not get this end.
-        let mut listeners = self.0.listeners.lock();
+        let mut listeners = self.listeners.lock();
         let mut state = self.state();
-        state.finish(error.clone(), self.wake());
-        self.0.wake_first(&state);
+        state.finish(error.clone(), |ticket| self.wake(ticket));
+        self.wake_first(&state);
         let event = state.happens_now(Event::TransferEnded { error });
         drop(state);
-        self.0.changed.notify_all();
+        self.changed.notify_all();
         listeners.send_end(&event);
         drop(listeners);
         // Again, for a stream that was started at the last moment.
         self.stop_camera();
-    }
-}
-
-impl Delivery {
-    fn has_audience(&self) -> bool {
-        self.logged || !self.listened.is_empty()
     }
 }
 

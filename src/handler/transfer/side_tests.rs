@@ -3,7 +3,7 @@ use crate::handler::program::known::Known;
 
 fn deliver(shared: &Shared) {
     let nothing = &mut Inputs::default();
-    Side(shared).deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
+    shared.deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
 }
 
 #[test]
@@ -39,23 +39,21 @@ fn a_thread_that_waits_while_another_has_the_areas_is_no_sign_of_life() {
 
 #[test]
 fn the_hook_is_not_called_for_a_response_before_a_gap_or_the_end() {
-    use crate::handler::state::HookStep;
-
     let shared = Shared::running(None, false);
     let hook = shared.state().tickets.set_hook();
     let known = &mut Known::default();
     deliver(&shared);
     let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
-    Side(&shared).lose_connection(&error, &mut [Outgoing::default()]);
-    let step = shared.state().hook_step(hook, known);
-    assert!(matches!(step, HookStep::Call(Err(Error::ConnectionLost { .. }), _)), "{step:?}");
-    let step = shared.state().hook_step(hook, known);
-    assert!(matches!(step, HookStep::Wait), "a call after the gap: {step:?}");
+    shared.lose_connection(&error, &mut [Outgoing::default()]);
+    let call = shared.state().hook_call(hook, known);
+    assert!(matches!(call, Some(Err(Error::ConnectionLost { .. }))), "{call:?}");
+    let call = shared.state().hook_call(hook, known);
+    assert!(call.is_none(), "a call after the gap: {call:?}");
     deliver(&shared);
     shared.ask_to_stop(Stop::Asked);
-    Side(&shared).finish(None);
-    let step = shared.state().hook_step(hook, known);
-    assert!(matches!(step, HookStep::Wait), "a call after the end: {step:?}");
+    shared.finish(None);
+    let call = shared.state().hook_call(hook, known);
+    assert!(call.is_none(), "a call after the end: {call:?}");
 }
 
 #[test]
@@ -70,7 +68,7 @@ fn an_interruption_ends_a_wait_that_has_its_response_but_not_the_areas() {
         });
         while shared.state().next_may_leave() {}
         let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
-        Side(&shared).lose_connection(&error, &mut [Outgoing::default()]);
+        shared.lose_connection(&error, &mut [Outgoing::default()]);
         let seen = waits.join().unwrap();
         assert!(matches!(seen, Err(Error::ConnectionLost { .. })), "{seen:?}");
     });
@@ -82,15 +80,15 @@ fn an_interruption_ends_a_look_at_the_inputs_that_waits_for_the_areas() {
     let shared = Shared::running(None, false);
     deliver(&shared);
     let mut held = shared.lock(Known::default());
-    Side(&shared).hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
+    shared.hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
     std::thread::scope(|scope| {
         let looks = scope.spawn(|| {
             let lease = shared.look(&mut Known::default(), None);
             lease.map(|lease| lease.is_some())
         });
-        while shared.state().tickets.len() < 2 {}
+        while shared.state().tickets.newest() < 2 {}
         let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
-        Side(&shared).lose_connection(&error, &mut [Outgoing::default()]);
+        shared.lose_connection(&error, &mut [Outgoing::default()]);
         let seen = looks.join().unwrap();
         assert!(matches!(seen, Err(Error::ConnectionLost { .. })), "{seen:?}");
     });
@@ -99,19 +97,17 @@ fn an_interruption_ends_a_look_at_the_inputs_that_waits_for_the_areas() {
 
 #[test]
 fn a_hook_is_called_from_the_next_response_on_and_not_for_an_old_gap() {
-    use crate::handler::state::HookStep;
-
     let shared = Shared::running(None, false);
     deliver(&shared);
     let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
-    Side(&shared).lose_connection(&error, &mut [Outgoing::default()]);
+    shared.lose_connection(&error, &mut [Outgoing::default()]);
     deliver(&shared);
     let (hook, mut known) = shared.replace_hook(true).unwrap();
-    let step = shared.state().hook_step(hook, &mut known);
-    assert!(matches!(step, HookStep::Wait), "{step:?}");
+    let call = shared.state().hook_call(hook, &mut known);
+    assert!(call.is_none(), "{call:?}");
     deliver(&shared);
-    let step = shared.state().hook_step(hook, &mut known);
-    let HookStep::Call(Ok(mut lease), _) = step else { panic!("{step:?}") };
+    let call = shared.state().hook_call(hook, &mut known);
+    let Some(Ok(mut lease)) = call else { panic!("{call:?}") };
     assert_eq!(lease.response, 3);
     shared.release(&mut lease, false);
 }
@@ -121,24 +117,22 @@ fn a_transfer_that_gets_no_thread_ends_for_those_that_wait() {
     let shared = Shared::running(None, false);
     std::thread::scope(|scope| {
         let waits = scope.spawn(|| shared.wait_cycle(&mut Known::default(), 0, None).map(|_| ()));
-        while shared.state().tickets.len() == 0 {}
-        Side(&shared).fail(Error::ProgramPanicked);
+        while shared.state().tickets.newest() == 0 {}
+        shared.fail(Error::ProgramPanicked);
         assert_eq!(waits.join().unwrap(), Err(Error::ProgramPanicked));
     });
 }
 
 #[test]
 fn a_hook_is_called_first_with_an_expired_watchdog_that_nobody_knows_of() {
-    use crate::handler::state::HookStep;
-
     let limit = Duration::from_millis(20);
     let shared = Shared::running(Some(limit), false);
     std::thread::sleep(limit);
     deliver(&shared);
-    Side(&shared).hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
+    shared.hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
     assert_eq!(shared.state().next_deadline(None), None, "it has not expired");
     let (hook, mut known) = shared.replace_hook(true).unwrap();
-    let step = shared.state().hook_step(hook, &mut known);
-    assert!(matches!(step, HookStep::Call(Err(Error::WatchdogExpired { .. }), _)), "{step:?}");
+    let call = shared.state().hook_call(hook, &mut known);
+    assert!(matches!(call, Some(Err(Error::WatchdogExpired { .. }))), "{call:?}");
     assert!(shared.state().next_deadline(None).is_some(), "no watchdog runs");
 }

@@ -6,17 +6,16 @@ use crate::error::{Error, Origin};
 use crate::exchange::Outgoing;
 use crate::handler::parts::phase::Stop;
 use crate::handler::settings::Settings;
+use crate::handler::shared::Shared;
 use crate::handler::sync::{JoinHandle, Mutex};
 use crate::handler::transfer::cycle::Cycle;
 use crate::handler::transfer::handshake::Link;
-use crate::handler::transfer::reconnect::{lose, reconnect, Attempts};
-use crate::handler::transfer::side::Side;
 use crate::notices::notice;
 
 pub(crate) struct TransferThread<'a> {
-    cycle: Cycle<'a>,
-    side: Side<'a>,
-    settings: Settings,
+    pub(super) cycle: Cycle<'a>,
+    pub(super) shared: &'a Shared,
+    pub(super) settings: Settings,
     /// Whether the connection works.
     connected: bool,
 }
@@ -26,11 +25,11 @@ impl<'a> TransferThread<'a> {
     pub(crate) fn new(
         link: Link,
         areas: Vec<Outgoing>,
-        side: Side<'a>,
+        shared: &'a Shared,
         settings: Settings,
     ) -> Self {
         let window = settings.reaction_window;
-        Self { cycle: Cycle::new(link, areas, side, window), side, settings, connected: true }
+        Self { cycle: Cycle::new(link, areas, shared, window), shared, settings, connected: true }
     }
 
     pub(crate) fn run(mut self) {
@@ -39,8 +38,8 @@ impl<'a> TransferThread<'a> {
         let result = catch_unwind(AssertUnwindSafe(|| self.cycle_until_stopped()))
             .unwrap_or_else(|panic| Err(Error::from_panic(&*panic)));
         // Before the controller learns of the end, which would look like a failure of the stream.
-        self.side.stop_camera();
-        self.side.leave(self.cycle.areas_mut());
+        self.shared.stop_camera();
+        self.shared.leave(self.cycle.areas_mut());
         let result = result.and_then(|stop| {
             if self.connected {
                 self.cycle.leave()?;
@@ -52,7 +51,7 @@ impl<'a> TransferThread<'a> {
             self.cycle.abandon();
         }
         drop(self.cycle);
-        self.side.finish(result.clone().err());
+        self.shared.finish(result.clone().err());
         match result {
             Ok(()) => notice!(Info, "the transfer has ended"),
             Err(error) => notice!(Error, "the transfer has ended: {error:#}"),
@@ -63,12 +62,8 @@ impl<'a> TransferThread<'a> {
     /// used any more.
     fn cycle_until_stopped(&mut self) -> Result<Stop, Error> {
         loop {
-            let error = match self.cycle.run() {
-                Ok(None) => continue,
-                Ok(Some(stop)) => return Ok(stop),
-                Err(error) => error,
-            };
-            if let Some(stop) = self.reconnect_after(error)? {
+            let result = self.cycle.run().or_else(|error| self.reconnect_after(error));
+            if let Some(stop) = result? {
                 return Ok(stop);
             }
         }
@@ -79,15 +74,11 @@ impl<'a> TransferThread<'a> {
     fn reconnect_after(&mut self, error: Error) -> Result<Option<Stop>, Error> {
         let limit = self.settings.reconnect.filter(|_| error.origin() != Origin::Other);
         let Some(limit) = limit else { return Err(error) };
-        lose(&mut self.cycle, self.side, &error);
+        self.cycle.lose(&error);
         self.connected = false;
-        match reconnect(&mut self.cycle, self.side, &self.settings, limit)? {
-            Attempts::Stopped(stop) => Ok(Some(stop)),
-            Attempts::Connected(delivered) => {
-                self.connected = true;
-                Ok(self.cycle.finish(&delivered))
-            }
-        }
+        let Some(delivered) = self.reconnect(limit)? else { return Ok(self.shared.stop()) };
+        self.connected = true;
+        Ok(self.cycle.finish(&delivered, None))
     }
 }
 
@@ -137,9 +128,8 @@ mod tests {
         let handler = builder.reaction_window(Duration::ZERO).build().unwrap();
         let settings = handler.settings().clone();
         let areas = vec![Outgoing::default(); areas];
-        let limit = settings.limits.connect;
-        let (link, _) = handshake::connect(&settings, limit, &shared.i2c, &areas, |_| ()).unwrap();
-        TransferThread::new(link, areas, Side(shared), settings)
+        let (link, _) = handshake::connect(&settings, settings.limits.connect, shared).unwrap();
+        TransferThread::new(link, areas, shared, settings)
     }
 
     #[test]
@@ -167,7 +157,7 @@ mod tests {
         assert!(slow.lost() > 100, "there was nothing to lose");
         assert!(log.receiver().len() > 100, "there was no log");
         assert!(slow_log.lost() > 100, "there was nothing to lose");
-        Side(area.shared()).finish(None);
+        area.shared().finish(None);
     }
 
     #[test]
@@ -187,7 +177,7 @@ mod tests {
         (0..10).for_each(|_| cycle());
         let allocations = allocation_counter::measure(|| (0..100).for_each(|_| cycle()));
         assert_eq!(allocations.count_total, 0);
-        Side(area.shared()).finish(None);
+        area.shared().finish(None);
     }
 
     #[test]

@@ -165,7 +165,7 @@ fn assert_right(result: &Value, areas: usize) {
     }
 }
 
-/// A motor may turn a little too far, but never stops early, and is reported as done in time.
+/// A motor may turn a little too far, but never stops early, and its command is reported as done in time.
 fn assert_near(driven: &Value, distance: i64) {
     for count in driven[0].as_array().unwrap() {
         let count = count.as_i64().unwrap();

@@ -7,7 +7,7 @@ use ft_transfer_area::transfer_area::{
     IR_RECEIVER_IDX_ALL_DATA, IR_RECEIVER_IDX_OFF_OFF, IR_RECEIVER_IDX_OFF_ON,
     IR_RECEIVER_IDX_ON_OFF, IR_RECEIVER_IDX_ON_ON,
 };
-use ft_transfer_area::tx::Input;
+use ft_transfer_area::tx::{Counter, Input};
 use ft_transfer_area::wire::IrRemote;
 use ft_transfer_area_simulator::world::{Piece, Remote, Sensor, WorldState};
 use ft_transfer_area_simulator::Machine;
@@ -15,7 +15,7 @@ use ft_transfer_area_simulator::Machine;
 pub(crate) const HELP: &str = "\
 I1 1 to I8 1                     presses what is plugged in there, or sets its value: ohms, mV, cm,
                                  degrees Celsius, percent of light; without a world the input itself
-C1 1 to C4 1                     sets the level of a counter input
+C1 1 to C4 1                     sets the level of a counter input, which counts when it rises
 E1.I2 0, E1.C1 1                 the same on an extension
 E1 0, E1 1                       unplugs an extension, plugs it in again
 IR1 0 0 0 0 1 to IR4 ...         sets what an infrared remote sends: left x and y, right x and y
@@ -115,16 +115,16 @@ fn set_input(
         return set_sensor(target, world, controller, plug, value);
     }
     let controller = &mut machine.controllers[controller];
-    let number = |digits: &str| digits.parse::<usize>().ok()?.checked_sub(1);
-    let place = match input.split_at_checked(1) {
-        Some(("I", digits)) => number(digits).and_then(|index| controller.uni.get_mut(index)),
-        Some(("C", digits)) => {
-            number(digits).and_then(|index| controller.counter_input.get_mut(index))
-        }
-        _ => None,
-    };
-    let place = place.ok_or_else(|| unknown(target))?;
-    [*place] = numbers(target, values)?;
+    if let Some(plug) = plug(input) {
+        [controller.uni[plug.index()]] = numbers(target, values)?;
+        return Ok(());
+    }
+    let counter = Counter::ALL.into_iter().find(|counter| counter.to_string() == input);
+    let counter = counter.ok_or_else(|| unknown(target))?;
+    match numbers::<u16, 1>(target, values)? {
+        [level @ 0..=1] => controller.set_counter_level(counter, level == 1),
+        [level] => return Err(format!("the level of {target} is 0 or 1, not {level}")),
+    }
     Ok(())
 }
 

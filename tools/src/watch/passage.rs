@@ -29,8 +29,9 @@ struct Flow {
     /// What the receiver had no room for, and how much of it is sent.
     pending: Vec<u8>,
     sent: usize,
-    /// The sender has said that nothing more comes, and whether the receiver was notified.
+    /// The sender has said that nothing more comes.
     ended: bool,
+    /// Whether the receiver knows that.
     told_end: bool,
     /// The connection is reset. That is not an end of a direction, and is not to be passed on as one.
     broken: bool,

@@ -84,7 +84,7 @@ impl Tap {
         }
     }
 
-    /// Tells what a side of this connection has sent. One that drives has more room.
+    /// Reports what a side of this connection has sent. One that drives has more room.
     pub(super) fn pass_bytes(
         &self,
         (line, connection): (Line, u64),

@@ -16,7 +16,12 @@ unsigned int DebugFlags;
 FILE *DebugFile;
 
 bool Follow(struct shm_if_s *areas, int count);
-bool Stop(FISH_X1_TRANSFER *, int) { return false; }
+static volatile bool is_false;
+bool Stop(FISH_X1_TRANSFER *, int)
+{
+    is_false = true;
+    return false;
+}
 bool TakeAway(FISH_X1_TRANSFER *areas, int)
 {
     areas[0].ftX1out.duty[2]++;
@@ -31,6 +36,19 @@ bool Exit(FISH_X1_TRANSFER *, int)
 bool End(FISH_X1_TRANSFER *, int)
 {
     StopTxtDownloadProg();
+    return true;
+}
+static volatile int calls;
+// Takes too long once.
+bool Block(FISH_X1_TRANSFER *areas, int)
+{
+    static bool has_blocked;
+    calls++;
+    if (areas->ftX1in.uni[1] && !has_blocked) {
+        has_blocked = true;
+        areas->ftX1out.duty[4] = 100;
+        usleep(1200000);
+    }
     return true;
 }
 bool Hang(FISH_X1_TRANSFER *, int)
@@ -83,7 +101,7 @@ static int with_a_child(bool by_exit)
             && StopTxtDownloadProg() != KELIB_ERROR_NONE && !MotorIOLib_ThreadIsRunning()
             && InitI2C() != KELIB_ERROR_NONE
             && KeLibI2cTransfer(0x18, 1, &byte, 1, &byte, 0) != KELIB_ERROR_NONE
-            && GetKeLibTransferAreaMainAddress() == NULL;
+            && GetKeLibTransferAreaMainAddress() != NULL;
         if (!by_exit) {
             raise(SIGTERM);
         }
@@ -120,10 +138,124 @@ static int play_sound(FISH_X1_TRANSFER *area)
     return 0;
 }
 
+// Whether a motor does nothing and its areas are as at the first start.
+static bool is_new(FISH_X1_TRANSFER *area)
+{
+    FTX1_CONFIG config = FTX1_CONFIG();
+    FTX1_OUTPUT output = FTX1_OUTPUT();
+    return area->ftX1state.config_id == 0 && area->ftX1in.motor_ex_reached[0] == 0
+        && area->ftX1in.cnt_resetted[0] == 0 && memcmp(&area->ftX1config, &config, sizeof config) == 0
+        && memcmp(&area->ftX1out, &output, sizeof output) == 0;
+}
+
+static int start_again(FISH_X1_TRANSFER *area)
+{
+    if (!is_new(area)) {
+        return 3;
+    }
+    area->ftX1config.uni[0].mode = MODE_R;
+    area->ftX1state.config_id = 1;
+    area->ftX1out.distance[0] = 5;
+    area->ftX1out.motor_ex_cmd_id[0] = 7;
+    area->ftX1out.cnt_reset_cmd_id[0] = 3;
+    area->ftX1out.duty[0] = 512;
+    while (!area->ftX1in.motor_ex_reached[0] || !area->ftX1in.cnt_resetted[0] || calls == 0) {
+        usleep(1000);
+    }
+    uint32_t stopped = StopTxtDownloadProg();
+    uint32_t started = StartTxtDownloadProg();
+    bool is_as_new = is_new(area);
+    int before = calls;
+    area->ftX1out.motor_ex_cmd_id[0] = 1;
+    while (area->ftX1in.motor_ex_cmd_id[0] != 1) {
+        usleep(1000);
+    }
+    printf("%u %u %d %d\n", (unsigned)stopped, (unsigned)started, is_as_new, calls - before);
+    printf("%u", (unsigned)StopTxtDownloadProg());
+    printf(" %u\n", (unsigned)StopTxtDownloadProg());
+    return 0;
+}
+
+// A program that gives its configuration a number, and one that raises it, after what is not to be sent.
+static int configure(FISH_X1_TRANSFER *area)
+{
+    area->ftX1config.uni[0].mode = MODE_R2;
+    say("not sent");
+    while (!area->ftX1in.uni[7]) {
+        usleep(1000);
+    }
+    area->ftX1config.uni[0].mode = MODE_ULTRASONIC;
+    area->ftX1state.config_id = 1;
+    say("1");
+    while (area->ftX1in.uni[7]) {
+        usleep(1000);
+    }
+    area->ftX1config.uni[0].mode = MODE_R;
+    area->ftX1config.uni[0].digital = 1;
+    area->ftX1config.uni[1].mode = MODE_ULTRASONIC;
+    area->ftX1config.uni[1].digital = 1;
+    area->ftX1config.uni[2].mode = MODE_R2;
+    area->ftX1config.uni[2].digital = 1;
+    area->ftX1state.config_id++;
+    say("2");
+    while (!area->ftX1in.uni[7]) {
+        usleep(1000);
+    }
+    return 0;
+}
+
+// The flag of a first command is still 1 when the second one is on its way.
+static int keep_flags(FISH_X1_TRANSFER *area)
+{
+    area->ftX1out.duty[0] = 512;
+    area->ftX1out.distance[0] = 10;
+    area->ftX1out.motor_ex_cmd_id[0]++;
+    area->ftX1out.cnt_reset_cmd_id[1]++;
+    while (!area->ftX1in.motor_ex_reached[0] || !area->ftX1in.cnt_resetted[1]) {
+        usleep(1000);
+    }
+    area->ftX1out.distance[0] = 50;
+    area->ftX1out.motor_ex_cmd_id[0]++;
+    area->ftX1out.cnt_reset_cmd_id[1]++;
+    while (area->ftX1in.motor_ex_cmd_id[0] != 2 || area->ftX1in.cnt_reset_cmd_id[1] != 2) {
+        if (!area->ftX1in.motor_ex_reached[0] || !area->ftX1in.cnt_resetted[1]) {
+            return 3;
+        }
+    }
+    say("stayed");
+    return 0;
+}
+
+// M2 has done its distance when the callback blocks, M1 has not.
+static int block_in_a_distance(FISH_X1_TRANSFER *area)
+{
+    area->ftX1out.duty[2] = 512;
+    area->ftX1out.distance[1] = 20;
+    area->ftX1out.motor_ex_cmd_id[1]++;
+    while (!area->ftX1in.motor_ex_reached[1]) {
+        usleep(1000);
+    }
+    SetTransferAreaCompleteCallback(Block);
+    area->ftX1out.duty[0] = 512;
+    area->ftX1out.distance[0] = 1000;
+    area->ftX1out.motor_ex_cmd_id[0]++;
+    say("started");
+    while (!area->ftX1in.motor_ex_reached[0]) {
+        usleep(1000);
+    }
+    printf("%d %d\n", area->ftX1in.motor_ex_cmd_id[0], area->ftX1in.motor_ex_cmd_id[1]);
+    fflush(stdout);
+    while (area->ftX1in.uni[1]) {
+        usleep(1000);
+    }
+    return 0;
+}
+
 static int transfer_i2c()
 {
     uint8_t write[2] = {0x10, 0x55}, read[2] = {0, 0};
-    printf("%X\n", (unsigned)InitI2C());
+    printf(" %X", (unsigned)KeLibI2cTransfer(0x18, 1, write, 1, read, 0));
+    printf(" %X\n", (unsigned)InitI2C());
     printf("%X\n", (unsigned)KeLibI2cTransfer(0x18, 2, write, 0, NULL, I2C_SPEED_400_KHZ));
     printf("%X", (unsigned)KeLibI2cTransfer(0x18, 1, write, 1, read, I2C_SPEED_100_KHZ));
     printf(" %X\n", read[0]);
@@ -138,18 +270,46 @@ static int transfer_i2c()
     printf(" %X %X\n", read[0], read[1]);
     printf("%X\n", (unsigned)KeLibI2cTransfer(0x18, 0, NULL, 0, NULL, 0));
     printf("%X\n", (unsigned)KeLibI2cTransfer(0x18, 1, NULL, 0, NULL, 0));
+    uint8_t many[1025] = {0};
+    printf("%X", (unsigned)KeLibI2cTransfer(0x18, 300, many, 0, NULL, 0));
+    printf(" %X", (unsigned)InitI2C());
+    printf(" %X", (unsigned)KeLibI2cTransfer(0x18, 1, write, 1, read, 0));
+    printf(" %X\n", (unsigned)KeLibI2cTransfer(0xF0, 1, write, 0, NULL, 0));
     for (int i = 0; i < 50; i++) {
-        KeLibI2cTransfer(0xF0, 1, write, 0, NULL, 0);
+        KeLibI2cTransfer(0x18, 1025, many, 0, NULL, 0);
     }
-    printf("%X\n", (unsigned)KeLibI2cTransfer(0xF0, 1, write, 0, NULL, 0));
+    printf("%X", (unsigned)KeLibI2cTransfer(0x18, 1025, many, 0, NULL, 0));
+    StopTxtDownloadProg();
+    printf(" %X\n", (unsigned)KeLibI2cTransfer(0x18, 1, write, 1, read, 0));
+    printf("%X", (unsigned)InitI2C());
+    printf(" %X\n", (unsigned)KeLibI2cTransfer(0x18, 1, write, 1, read, 0));
     return 0;
 }
 
 int main(int argc, char *argv[])
 {
     const char *what = argc > 1 ? argv[1] : "";
-    if (GetKeLibTransferAreaMainAddress() != NULL || MotorIOLib_ThreadIsRunning()) {
+    FISH_X1_TRANSFER *area = GetKeLibTransferAreaMainAddress();
+    if (area == NULL || MotorIOLib_ThreadIsRunning()) {
         return 2;
+    }
+    if (strcmp(what, "again") == 0) {
+        // The first stays, the others do not.
+        SetTransferAreaCompleteCallback(Block);
+        area->ftX1out.duty[0] = 100;
+        area->ftX1config.uni[0].mode = MODE_R;
+        area->ftX1state.config_id = 5;
+        if (StopTxtDownloadProg() != 1) {
+            return 4;
+        }
+        SetTransferAreaCompleteCallback(Block);
+    }
+    if (strcmp(what, "i2c") == 0) {
+        uint8_t byte = 0;
+        printf("%X", (unsigned)KeLibI2cTransfer(0x18, 1, &byte, 1, &byte, 0));
+        printf(" %X", (unsigned)InitI2C());
+        printf(" %X", (unsigned)KeLibI2cTransfer(0x18, 1, &byte, 1, &byte, 0));
+        printf(" %d", MotorIOLib_ThreadIsRunning());
     }
     if (strcmp(what, "handler first") == 0) {
         signal(SIGINT, ask);
@@ -157,10 +317,9 @@ int main(int argc, char *argv[])
     uint32_t error = StartTxtDownloadProg();
     if (error != KELIB_ERROR_NONE) {
         printf("%X\n", (unsigned)error);
-        return GetKeLibTransferAreaMainAddress() == NULL ? 0 : 1;
+        return area->ftX1state.config_id;
     }
-    FISH_X1_TRANSFER *area = GetKeLibTransferAreaMainAddress();
-    if (area == NULL || StartTxtDownloadProg() != KELIB_ERROR_DLC_TXT_BUSY) {
+    if (area != GetKeLibTransferAreaMainAddress() || StartTxtDownloadProg() != KELIB_ERROR_NONE) {
         return 1;
     }
     if (strcmp(what, "i2c") == 0) {
@@ -168,6 +327,23 @@ int main(int argc, char *argv[])
     }
     if (strcmp(what, "sound") == 0) {
         return play_sound(area);
+    }
+    if (strcmp(what, "again") == 0) {
+        return start_again(area);
+    }
+    if (strcmp(what, "config") == 0) {
+        return configure(area);
+    }
+    if (strcmp(what, "flags") == 0) {
+        return keep_flags(area);
+    }
+    if (strcmp(what, "block in a distance") == 0) {
+        return block_in_a_distance(area);
+    }
+    if (strcmp(what, "supply") == 0) {
+        printf("%d %d %d %d\n", area->sTxtInputs.u16TxtPower, area->sTxtInputs.u16TxtTemp,
+               area->sTxtInputs.u16TxtRef, area->sTxtInputs.u16TxtVB);
+        return 0;
     }
     if (strcmp(what, "handler later") == 0) {
         signal(SIGINT, ask);
@@ -225,7 +401,7 @@ int main(int argc, char *argv[])
         while (area->ftX1in.uni[7]) {
             usleep(5000);
         }
-        return StopTxtDownloadProg();
+        return StopTxtDownloadProg() != 1;
     }
     while (strcmp(what, "hang") == 0 && !area->ftX1in.uni[1]) {
         usleep(2000);
@@ -234,6 +410,7 @@ int main(int argc, char *argv[])
                                     : strcmp(what, "away") == 0 ? TakeAway
                                     : strcmp(what, "end") == 0  ? End
                                     : strcmp(what, "hang") == 0 ? Hang
+                                    : strcmp(what, "block") == 0 ? Block
                                     : strcmp(what, "exit") == 0 ? Exit
                                                                 : NULL);
     if (strcmp(what, "hang") == 0) {
@@ -242,6 +419,9 @@ int main(int argc, char *argv[])
     }
     while (!area->ftX1in.uni[0] && MotorIOLib_ThreadIsRunning()) {
         usleep(2000);
+    }
+    if (is_false && area->ftX1out.duty[0] != 0) {
+        return 3;
     }
     say(MotorIOLib_ThreadIsRunning() ? "input" : "ended");
     if (strcmp(what, "crash") == 0) {

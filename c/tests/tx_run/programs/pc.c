@@ -1,8 +1,10 @@
 /* A PC program: turns M1 until I1 is pressed, and ends without a call for it. With DEAF it ignores Ctrl-C, and with
    DEFAULT it has no chance to stop the motor. With WAITS its end never comes, because a function of atexit waits, by a
    return from main, and with EXIT by a call. With FORK and DAEMON another process goes on when the first one has ended
-   by `_exit`: one that only waits, and one that drives. */
+   by `_exit`: one that only waits, and one that drives. With CONTROL it has a function for Ctrl-C that handles the
+   first one. With KILLED it kills itself. */
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
 #include <windows.h>
@@ -16,6 +18,16 @@ static void wait_for_ever(void)
         pause();
 }
 
+#ifdef CONTROL
+static BOOL WINAPI on_control(DWORD event)
+{
+    static int times;
+    puts("asked");
+    fflush(stdout);
+    return event == CTRL_C_EVENT && ++times == 1;
+}
+#endif
+
 int main(int argc, char *argv[])
 {
     DWORD error = 0;
@@ -25,6 +37,9 @@ int main(int argc, char *argv[])
 
 #ifdef DEAF
     signal(SIGINT, SIG_IGN);
+#endif
+#ifdef CONTROL
+    SetConsoleCtrlHandler(on_control, TRUE);
 #endif
 #ifdef DAEMON
     if (fork() != 0) {
@@ -37,6 +52,10 @@ int main(int argc, char *argv[])
     if (device == NULL || ftxStartTransferArea(device) != FTLIB_ERR_SUCCESS)
         return 1;
     SetOutMotorValues(device, 0, 0, 300, 0);
+#ifdef KILLED
+    Sleep(100);
+    kill(getpid(), SIGKILL);
+#endif
 #ifdef DEFAULT
     signal(SIGINT, SIG_DFL);
 #endif

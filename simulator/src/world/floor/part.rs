@@ -114,7 +114,7 @@ impl Part {
                 Sense::Counter(counter) => {
                     if let Some(controller) = controllers.get_mut(counter.controller) {
                         let is_bright = !floor.interrupts(*place);
-                        controller.set_counter_level(counter.terminal.index(), is_bright);
+                        controller.set_counter_level(counter.terminal, is_bright);
                     }
                 }
             }

@@ -30,7 +30,7 @@ pub(crate) struct Setup {
     pub(crate) watchdog_ms: Option<u64>,
     pub(crate) reconnect_ms: Option<u64>,
     pub(crate) pace_ms: u64,
-    /// Whether a listener is notified of everything.
+    /// Whether a listener has subscribed to all events.
     pub(crate) listens: bool,
     /// Faults by the number of an exchange on a connection.
     pub(crate) faults: Vec<(u64, FaultKind)>,

@@ -53,7 +53,7 @@ fn too_early(case: &Case<'_>, limit: Duration, expired: Instant) -> Option<Strin
     ))
 }
 
-/// Duties after it expired that were written before, or that nobody was notified of.
+/// Duties that went out after it expired, but were written before that, or before a call returned its error.
 fn on_again(case: &Case<'_>, expired: Instant) -> Option<String> {
     let knows = |call: &&Call| {
         matches!(call.result, Err(Error::WatchdogExpired { .. })) && call.end >= expired

@@ -1,0 +1,1 @@
+/* Projects name the version of Windows by this header. Other systems have none. */

@@ -1,0 +1,140 @@
+//! The commands of a program: their ids, and what becomes of a motor's after a pause.
+
+/// The command id of one counter, motor or sound.
+///
+/// A program begins to count where it likes, and a controller remembers the last id of the program before.
+/// So ids on the wire continue from the controller's, and the program sees them as continued from its own.
+#[derive(Clone, Copy, Default)]
+pub(super) struct ContinuedId {
+    /// The program's id when the transfer began, and the one on the wire then.
+    first: u16,
+    base: u16,
+    /// What came back then, which may be another one; `None` when a newer one has come.
+    before: Option<u16>,
+    /// The program's id that went out last.
+    sent: u16,
+    /// The program's id that has come back.
+    received: u16,
+    /// Not done yet.
+    pending: bool,
+}
+
+impl ContinuedId {
+    /// A transfer begins: the controller was given `given`, and says that `echo` is done. A command that the program
+    /// gave before is still to be sent.
+    pub(super) fn begin(&mut self, given: u16, echo: u16) {
+        (self.received, self.pending) = (self.sent, false);
+        // The next one is neither of both.
+        let is_next = echo == given.wrapping_add(1);
+        self.count_from(if is_next { echo } else { given }, echo);
+    }
+
+    /// From now on the program's last id is `base` on the wire.
+    fn count_from(&mut self, base: u16, echo: u16) {
+        (self.first, self.base, self.before) = (self.sent, base, Some(echo));
+    }
+
+    /// Whether this id of the program's is that of a new command.
+    fn is_new(&self, id: u16) -> bool {
+        id != self.sent
+    }
+
+    /// The id to send for the program's; none has been given yet when it is none.
+    pub(super) fn send(&mut self, id: u16) -> Option<u16> {
+        if self.is_new(id) {
+            (self.sent, self.pending) = (id, true);
+        }
+        (id != self.first || self.pending).then(|| self.wire(id))
+    }
+
+    fn wire(&self, id: u16) -> u16 {
+        id.wrapping_sub(self.first).wrapping_add(self.base)
+    }
+
+    /// The program's view of an id that came back, and whether it is the one that it is waiting for: not
+    /// when it has given a newer one since.
+    pub(super) fn receive(&mut self, echo: u16, newest: u16) -> (u16, bool) {
+        if self.before != Some(echo) {
+            self.before = None;
+            self.received = echo.wrapping_sub(self.base).wrapping_add(self.first);
+        }
+        let done = self.pending && self.received == self.sent;
+        self.pending &= !done;
+        (self.received, done && self.received == newest)
+    }
+}
+
+/// A `master` above this one makes the distance an error that is injected.
+const LAST_MASTER: u8 = 4;
+
+/// The command of one motor.
+#[derive(Clone, Copy, Default)]
+pub(super) struct MotorCommand {
+    pub(super) id: ContinuedId,
+    /// How far it goes; 0 is without end.
+    distance: u16,
+    after_pause: AfterPause,
+}
+
+/// What a motor does since all outputs were off, until its next command.
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+enum AfterPause {
+    /// What the program says; also when they were never off.
+    #[default]
+    AsBefore,
+    /// The rest of its distance.
+    Rest,
+    /// Its distance was done, so it stands still, as it would have done without the pause.
+    Still,
+}
+
+impl MotorCommand {
+    /// A transfer begins, as in [`ContinuedId::begin`].
+    pub(super) fn begin(&mut self, given: u16, echo: u16) {
+        self.id.begin(given, echo);
+        (self.distance, self.after_pause) = (0, AfterPause::AsBefore);
+    }
+
+    /// Takes the program's command; returns the id and the distance to send.
+    pub(super) fn send(&mut self, id: u16, master: u8, distance: u16) -> (Option<u16>, u16) {
+        if self.id.is_new(id) {
+            self.distance = if master > LAST_MASTER { 0 } else { distance };
+            self.after_pause = AfterPause::AsBefore;
+        }
+        let is_rest = self.after_pause == AfterPause::Rest;
+        (self.id.send(id), if is_rest { self.distance } else { distance })
+    }
+
+    /// Whether it has a target: neither without end, nor with an error that is injected.
+    pub(super) fn has_distance(&self) -> bool {
+        self.distance != 0
+    }
+
+    /// Whether its outputs are off whatever the program says.
+    pub(super) fn is_still(&self) -> bool {
+        self.after_pause == AfterPause::Still
+    }
+
+    /// All outputs were off, for which the command `stop` was sent. A controller has forgotten the command before,
+    /// so what is not done of it is sent anew. `echo` is the last command that is done, and `counter` what it has
+    /// counted.
+    pub(super) fn go_on(&mut self, stop: u16, echo: u16, counter: i16) {
+        let last = self.id.wire(self.id.sent);
+        let is_done = !self.id.pending || echo == last || echo == stop;
+        // Otherwise the outputs went off before it was sent.
+        let has_begun = last == stop.wrapping_sub(1);
+        if is_done && self.distance != 0 {
+            self.after_pause = AfterPause::Still;
+        } else if !is_done && has_begun {
+            self.after_pause = AfterPause::Rest;
+            if self.distance != 0 {
+                self.distance = self.distance.saturating_sub(counter as u16).max(1);
+            }
+        }
+        let base = if is_done { stop } else { stop.wrapping_add(1) };
+        self.id.count_from(base, echo);
+        if is_done {
+            self.id.received = self.id.sent;
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! `SetConsoleCtrlHandler`: the program's functions for Ctrl-C and the end of the console. They run in a thread of
+//! their own, because a signal handler could not do what they do.
+
+use std::ffi::c_int;
+use std::io;
+use std::process;
+use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering};
+use std::sync::Once;
+use std::thread;
+
+use parking_lot::Mutex;
+
+use crate::exit;
+use crate::ffi::caught;
+
+const TRUE: i32 = 1;
+const FALSE: i32 = 0;
+
+/// A program's function: it gets the event, and returns whether it has handled it.
+type Handler = unsafe extern "C" fn(event: u32) -> i32;
+
+/// The signals, and the events that they are.
+const EVENTS: [(c_int, u32); 4] = [
+    (libc::SIGINT, CTRL_C),
+    (libc::SIGQUIT, CTRL_BREAK),
+    (libc::SIGTERM, CLOSE),
+    (libc::SIGHUP, CLOSE),
+];
+const CTRL_C: u32 = 0;
+const CTRL_BREAK: u32 = 1;
+const CLOSE: u32 = 2;
+/// No program has more functions.
+const MOST: usize = 64;
+
+static HANDLERS: Mutex<Vec<Handler>> = Mutex::new(Vec::new());
+static IGNORES_CTRL_C: AtomicBool = AtomicBool::new(false);
+/// The process with the thread. A child after `fork` has this value, but not the thread.
+static OWNER: AtomicU32 = AtomicU32::new(0);
+/// Where signals are written for the thread.
+static TO_THREAD: AtomicI32 = AtomicI32::new(-1);
+
+/// Adds or removes a function of the program; without one, Ctrl-C is ignored from now on, or not.
+#[no_mangle]
+pub extern "C" fn SetConsoleCtrlHandler(handler: Option<Handler>, add: i32) -> i32 {
+    caught(FALSE, || {
+        if !is_begun() {
+            return FALSE;
+        }
+        let Some(handler) = handler else {
+            IGNORES_CTRL_C.store(add != 0, Ordering::Release);
+            return TRUE;
+        };
+        let mut handlers = HANDLERS.lock();
+        let found = handlers.iter().rposition(|known| *known as usize == handler as usize);
+        match (add != 0, found) {
+            (true, _) if handlers.len() < MOST => handlers.push(handler),
+            (false, Some(at)) => _ = handlers.remove(at),
+            (true, _) | (false, None) => return FALSE,
+        }
+        TRUE
+    })
+}
+
+/// Takes up the signals when this is called first; whether that went well.
+fn is_begun() -> bool {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        // The end with motors stopped, when no function handles an event.
+        exit::watch_signals();
+        let mut ends = [0; 2];
+        // SAFETY: the place for the two ends is this function's.
+        if unsafe { libc::pipe(ends.as_mut_ptr()) } != 0 {
+            return;
+        }
+        for end in ends {
+            // SAFETY: calls without pointers. A handler must not wait, and no other program gets the ends.
+            unsafe {
+                libc::fcntl(end, libc::F_SETFD, libc::FD_CLOEXEC);
+                libc::fcntl(ends[1], libc::F_SETFL, libc::O_NONBLOCK);
+            }
+        }
+        let thread = thread::Builder::new().name("control of C".into());
+        if thread.spawn(move || handle(ends[0])).is_ok() {
+            TO_THREAD.store(ends[1], Ordering::Release);
+            OWNER.store(process::id(), Ordering::Release);
+            EVENTS.iter().for_each(|(signal, _)| exit::take_over(*signal, on_signal));
+        }
+    });
+    OWNER.load(Ordering::Acquire) == process::id()
+}
+
+extern "C" fn on_signal(signal: c_int) {
+    let byte = signal as u8;
+    let is_ours = OWNER.load(Ordering::Acquire) == process::id();
+    // SAFETY: the byte is there.
+    let written = is_ours
+        && unsafe { libc::write(TO_THREAD.load(Ordering::Acquire), (&raw const byte).cast(), 1) }
+            == 1;
+    if !written {
+        exit::on_end(signal);
+    }
+}
+
+/// The thread.
+fn handle(signals: c_int) {
+    let mut signal = 0_u8;
+    loop {
+        // SAFETY: the byte is there.
+        if unsafe { libc::read(signals, (&raw mut signal).cast(), 1) } != 1 {
+            if io::Error::last_os_error().kind() == io::ErrorKind::Interrupted {
+                continue;
+            }
+            return;
+        }
+        let found = EVENTS.iter().find(|(known, _)| *known == c_int::from(signal));
+        if found.is_some_and(|(_, event)| !goes_on_after(*event)) {
+            exit::on_end(signal.into());
+        }
+    }
+}
+
+/// Asks the program's functions, the last one first, and whether the program goes on.
+fn goes_on_after(event: u32) -> bool {
+    if event == CTRL_C && IGNORES_CTRL_C.load(Ordering::Acquire) {
+        return true;
+    }
+    // They may add and remove some.
+    let handlers = HANDLERS.lock().clone();
+    // SAFETY: the program has given these functions, and they are there until it removes them.
+    let is_handled = handlers.iter().rev().any(|handler| unsafe { handler(event) } != 0);
+    is_handled && event != CLOSE
+}

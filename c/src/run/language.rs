@@ -1,0 +1,51 @@
+//! Which language a source `.c` is in. The compiler for the TXT was g++, for which it is C++.
+
+use std::env;
+use std::path::Path;
+
+use crate::inputs::{Language, Source};
+use crate::kind;
+use crate::options::Options;
+use crate::sources::OwnFiles;
+
+/// Has the sources `.c` in the language that the option `-x` names. Without it they are C when `CC` or `CFLAGS` is set,
+/// and C++ when one of them includes a header of the TXT that no compiler for C takes: then g++ has compiled them all.
+pub(crate) fn choose(sources: &mut [Source], own: &OwnFiles, options: &Options) {
+    let language = options.language.unwrap_or_else(|| {
+        let is_set = |name| env::var_os(name).is_some_and(|value| !value.is_empty());
+        let mut of_c = sources.iter().filter(|source| is_named_c(source));
+        let is_cpp =
+            |source: &Source| own.reached_from(&source.path).iter().any(|it| kind::is_in_cpp(it));
+        if !is_set("CC") && !is_set("CFLAGS") && of_c.any(is_cpp) {
+            Language::Cpp
+        } else {
+            Language::C
+        }
+    });
+    sources
+        .iter_mut()
+        .filter(|source| is_named_c(source))
+        .for_each(|source| source.language = language);
+}
+
+fn is_named_c(source: &Source) -> bool {
+    // Of `.C` it was decided by the rest of the name.
+    has_end(&source.path, "c") || (has_end(&source.path, "C") && source.language == Language::C)
+}
+
+fn has_end(path: &Path, end: &str) -> bool {
+    path.extension().is_some_and(|extension| extension == end)
+}
+
+/// How to have a source that does not compile taken for the other language, if that may be it.
+pub(crate) fn advice(source: &Source, is_for_txt: bool) -> &'static str {
+    match (is_named_c(source) || has_end(&source.path, "C"), source.language) {
+        (true, Language::Cpp) => {
+            "; like the TXT's own compiler, tx_run takes .c for C++ here; with -x c it is C"
+        }
+        (true, Language::C) if is_for_txt => {
+            "; it is taken for C; with -x c++ it is C++, as for the TXT's own compiler"
+        }
+        _ => "",
+    }
+}
