@@ -8,6 +8,9 @@
 /// [porting.md]: porting
 /// [reliability.md]: reliability
 /// [simulator.md]: simulator
+/// [systems.md]: crate::guide
+/// [training_factory.md]: crate::guide
+/// [two_models.md]: crate::guide
 #[doc = include_str!("../docs/c_programs.md")]
 pub mod c_programs {}
 
