@@ -198,8 +198,10 @@ impl Unit<'_> {
         else {
             return Ok(None);
         };
+        // With the second option gcc names a precompiled header that it would read.
         let too_much = |error| format!("{}: {error}", self.path().display());
-        let output = signals::output_of(self.command().arg("-E")).map_err(too_much)?;
+        let output = signals::output_of(self.command().args(["-E", "-fpch-preprocess"]))
+            .map_err(too_much)?;
         if !output.status.success() {
             return Ok(None);
         }

@@ -322,6 +322,30 @@ fn a_change_that_the_compiler_sees_is_seen() {
     });
 }
 
+/// gcc reads it in place of the header, also one that is older. What it makes of it is not kept.
+#[test]
+fn a_precompiled_header_that_is_gone_leaves_nothing_wrong() {
+    if !has_compiler() || !has_gcc() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write(path, "a.c", BY_HEADER);
+    write(path, "h.h", ONE);
+    let mut gcc = Command::new("gcc");
+    gcc.args(["-std=gnu11", "-O0", "-g", "-x", "c-header", "h.h", "-o", "h.h.gch"]);
+    assert!(gcc.current_dir(path).status().unwrap().success());
+    write(path, "h.h", TWO);
+    let status = || {
+        let mut command = tx_run(&["a.c", "-std=gnu11", "--world", "none"]);
+        command.current_dir(path).env("XDG_CACHE_HOME", path.join("cache")).env("CC", "gcc");
+        Run::start(&mut command).end().status
+    };
+    assert_eq!(status(), Some(1), "gcc does not read it");
+    fs::remove_file(path.join("h.h.gch")).unwrap();
+    assert_eq!(status(), Some(2));
+}
+
 /// The compiler sees another header than the preprocessor did, which is there again when it is done. That is not kept.
 #[test]
 fn a_header_that_changes_for_a_moment_leaves_nothing_wrong() {
