@@ -89,7 +89,7 @@ impl Own {
                 text: include_str!("../../lib/end_first.c"),
                 // So that no second compiler is needed.
                 language: inputs.sources.first().map_or(Language::Cpp, |source| source.language),
-                link_options: &["-Wl,--wrap=main", "-Wl,--wrap=exit"],
+                link_options: &["-Wl,--wrap=main", "-Wl,--wrap=exit", "-Wl,--wrap=quick_exit"],
             }),
             Entry::Main => None,
         }
