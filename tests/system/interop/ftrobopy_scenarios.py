@@ -26,7 +26,7 @@ from ftrobopy_client import (
 )
 
 # All modes, as pairs of mode and digital. In this order no input goes from more than 1 to 0.
-MODES = [(0, 1), (1, 1), (2, 1), (3, 1), (0, 0), (1, 0), (2, 0), (3, 0)]
+MODES = [(0, 1), (1, 1), (2, 1), (0, 0), (1, 0), (2, 0), (3, 1), (3, 0)]
 
 
 def inputs(port, exchange):

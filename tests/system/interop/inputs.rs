@@ -7,30 +7,30 @@ use super::own::Own;
 use super::{assert_alike, end_well, start, Exchange};
 
 /// The modes as pairs of `mode` and `digital`, in the order of the script.
-const MODES: [(u8, u8); 8] = [(0, 1), (1, 1), (2, 1), (3, 1), (0, 0), (1, 0), (2, 0), (3, 0)];
+const MODES: [(u8, u8); 8] = [(0, 1), (1, 1), (2, 1), (0, 0), (1, 0), (2, 0), (3, 1), (3, 0)];
 
 /// The values of the inputs of the master and of the extension in each mode, according to the kit:
-/// digital voltage, 5 kΩ, 15 kΩ and ultrasonic, then the same modes analog.
+/// digital voltage, 5 kΩ and 15 kΩ, then the same modes analog, then ultrasonic, digital and analog.
 const EXPECTED: [[[i16; 8]; 8]; 2] = [
     [
-        [0, 1, 1, 4096, 0, 10, 30, 4096],            // I1: a closed switch
-        [0, 0, 0, 4096, 0, 5000, 15_000, 4096],      // I2: an open switch
-        [0, 1, 1, 4096, 0, 2200, 2200, 4096],        // I3: 2200 Ω
-        [0, 0, 1, 4096, 0, 5000, 7000, 4096],        // I4: 7000 Ω, over the smaller range
-        [0, 0, 0, 4096, 4500, 5000, 15_000, 4096],   // I5: 4500 mV
-        [1, 0, 0, 4096, 10_000, 5000, 15_000, 4096], // I6: 12 V, over range
-        [0, 0, 0, 37, 0, 5000, 15_000, 37],          // I7: 37 cm
-        [0, 0, 0, 4096, 0, 5000, 15_000, 4096],      // I8: nothing
+        [0, 1, 1, 0, 10, 30, 4096, 4096],            // I1: a closed switch
+        [0, 0, 0, 0, 5000, 15_000, 4096, 4096],      // I2: an open switch
+        [0, 1, 1, 0, 2200, 2200, 4096, 4096],        // I3: 2200 Ω
+        [0, 0, 1, 0, 5000, 7000, 4096, 4096],        // I4: 7000 Ω, over the smaller range
+        [0, 0, 0, 4500, 5000, 15_000, 4096, 4096],   // I5: 4500 mV
+        [1, 0, 0, 10_000, 5000, 15_000, 4096, 4096], // I6: 12 V, over range
+        [0, 0, 0, 0, 5000, 15_000, 37, 37],          // I7: 37 cm
+        [0, 0, 0, 0, 5000, 15_000, 4096, 4096],      // I8: nothing
     ],
     [
-        [0, 1, 1, 4096, 0, 10, 30, 4096], // I1: a button whose contact opens when it is pressed
-        [0, 0, 0, 4096, 0, 5000, 15_000, 4096], // I2: 20 kΩ, over both ranges
-        [0, 0, 0, 4096, 0, 5000, 12_345, 4096], // I3: 12345 Ω
-        [0, 1, 1, 4096, 0, 1500, 1500, 4096], // I4: an NTC at 25 °C
-        [1, 0, 0, 4096, 9000, 5000, 15_000, 4096], // I5: a trail sensor over white
-        [1, 0, 0, 4096, 9999, 5000, 15_000, 4096], // I6: a colour sensor at its limit
-        [0, 0, 0, 1024, 0, 5000, 15_000, 1024], // I7: no echo
-        [0, 1, 1, 4096, 0, 199, 199, 4096], // I8: a photo transistor in half the light
+        [0, 1, 1, 0, 10, 30, 4096, 4096], // I1: a button whose contact opens when it is pressed
+        [0, 0, 0, 0, 5000, 15_000, 4096, 4096], // I2: 20 kΩ, over both ranges
+        [0, 0, 0, 0, 5000, 12_345, 4096, 4096], // I3: 12345 Ω
+        [0, 1, 1, 0, 1500, 1500, 4096, 4096], // I4: an NTC at 25 °C
+        [1, 0, 0, 9000, 5000, 15_000, 4096, 4096], // I5: a trail sensor over white
+        [1, 0, 0, 9999, 5000, 15_000, 4096, 4096], // I6: a colour sensor at its limit
+        [0, 0, 0, 0, 5000, 15_000, 1024, 1024], // I7: no echo
+        [0, 1, 1, 0, 199, 199, 4096, 4096], // I8: a photo transistor in half the light
     ],
 ];
 
