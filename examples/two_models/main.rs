@@ -17,6 +17,7 @@ use std::env;
 use std::time::Duration;
 
 use ft_transfer_area::prelude::*;
+use ft_transfer_area::TransferAreaGuard;
 
 const TURNS: u32 = 3;
 
@@ -26,7 +27,7 @@ const LIGHT: i16 = 1;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let address = env::args().nth(1).ok_or("expected the address of a controller")?;
-    // The motor stops when the loop below hangs for a second.
+    // The motor stops when this program hangs for a second.
     let builder = TransferAreaComHandler::builder(address);
     let handler = builder.watchdog(Duration::from_secs(1)).build()?;
     let areas = handler.areas();
@@ -39,22 +40,31 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let on_ctrl_c = handler.areas().clone();
     ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
-    for turn in 1..=TURNS {
-        // The other model has brought the disc.
-        wait_until(areas, I1, DARK)?;
-        areas.lock()[LOCAL_IO].output.duty[O1] = DUTY_MAX;
-        // It comes to the end, and leaves the belt.
-        wait_until(areas, I2, DARK)?;
-        wait_until(areas, I2, LIGHT)?;
-        areas.lock()[LOCAL_IO].output.duty[O1] = 0;
-        println!("back: turn {turn}");
+    match carry_discs(areas) {
+        Err(Error::NotStarted) => println!("Stopped by Ctrl-C."),
+        result => result?,
     }
     handler.end_transfer()?;
     Ok(())
 }
 
-/// Looks at each exchange. Fails when there are no more.
-fn wait_until(areas: &TransferAreas, input: Input, wanted: i16) -> Result<(), Error> {
-    while areas.wait_cycle()?[LOCAL_IO].input.uni[input] != wanted {}
+fn carry_discs(areas: &TransferAreas) -> Result<(), Error> {
+    for turn in 1..=TURNS {
+        // The other model has brought the disc.
+        wait_for(areas, I1, DARK)?[LOCAL_IO].output.duty[O1] = DUTY_MAX;
+        // It comes to the end, and leaves the belt.
+        wait_for(areas, I2, DARK)?;
+        wait_for(areas, I2, LIGHT)?[LOCAL_IO].output.duty[O1] = 0;
+        println!("back: turn {turn}");
+    }
     Ok(())
+}
+
+/// Waits until an input has this value, as long as it takes.
+fn wait_for(
+    areas: &TransferAreas,
+    input: Input,
+    wanted: i16,
+) -> Result<TransferAreaGuard<'_>, Error> {
+    areas.wait_until(|now| now[LOCAL_IO].input.uni[input] == wanted, Duration::MAX)
 }

@@ -67,8 +67,8 @@
 //! Some of this is assumed, because no description of the protocol says it: that StartOnline forgets
 //! the configuration ids and the echoed ids of finished commands; that an extension forgets all
 //! commands while it is cut off, so that commands which its client still sends are carried out
-//! again when it comes back; and that a motor command with an injected error is never done. A
-//! program should not rely on it.
+//! again when it comes back; that a motor command with an injected error is never done; and [how
+//! strongly](world#what-is-assumed) synchronised motors are slowed down. A program should not rely on it.
 //!
 //! What the firmware's program decides was measured on the maker's firmware 4.7.0 under emulation. Where it ends or
 //! refuses, this is kinder, unless it is [strict](SimulatedTxtBuilder::strict).

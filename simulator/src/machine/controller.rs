@@ -162,10 +162,9 @@ impl Controller {
 
     /// The tasks that need a motor's count at present, each with the motor's index.
     pub(crate) fn tasks(&self) -> impl Iterator<Item = (usize, Task)> + '_ {
-        let numbered = self.motors.iter().enumerate();
-        numbered.flat_map(|(index, motor)| {
+        let numbered = self.motors.iter().zip(self.leaders()).enumerate();
+        numbered.flat_map(|(index, (motor, leader))| {
             let distance = motor.has_distance().then_some((index, Task::Distance));
-            let leader = motor.leader().filter(|leader| *leader != index);
             let follow = leader.map(|leader| (index, Task::Follow { leader }));
             let lead = leader.map(|leader| (leader, Task::Lead { follower: index }));
             [distance, follow, lead].into_iter().flatten()

@@ -70,8 +70,8 @@ impl Script {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ScriptEvent {
-    /// The machine time in seconds since the start, or since the script began again; at least 0, and
-    /// 0.001 less than the period. It is rounded to milliseconds.
+    /// The machine time in seconds since the start, or since the script began again; at least 0, and at
+    /// least 0.001 less than the period. It is rounded to milliseconds.
     pub at: f64,
     /// What happens.
     pub action: ScriptAction,

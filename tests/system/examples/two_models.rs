@@ -1,25 +1,17 @@
 //! Two models that wait for each other, one with a program in C and one in Rust.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
 
 use ft_transfer_area_simulator::world::{Factory, Piece};
 use ft_transfer_area_simulator::SimulatedFactory;
 
 use super::run::Run;
-use crate::program::tx_run;
-
-fn has_compiler() -> bool {
-    let mut compiler = Command::new("cc");
-    let quiet = compiler.arg("--version").stdout(Stdio::null()).stderr(Stdio::null());
-    quiet.status().is_ok_and(|status| status.success())
-}
+use crate::program::{has_compiler, tx_run};
 
 #[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn a_disc_goes_round_between_a_program_in_c_and_one_in_rust() {
-    if !has_compiler() {
-        eprintln!("skipped: there is no C compiler here");
+    if !has_compiler("c++") {
         return;
     }
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/two_models");

@@ -2,19 +2,18 @@
 //! them as they are.
 
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
+use std::thread;
 use std::time::Duration;
-use std::{env, io, thread};
 
 use ft_transfer_area::tx::Sound;
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::world::{Piece, Remote, World};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
-use crate::program::{example, output_in_time, tx_run};
+use crate::program::{example, has_compiler, output_in_time, tx_run};
 
 const BEFORE: &str = "c/examples/warehouse.cpp";
 const AFTER: &str = "examples/warehouse.rs";
@@ -107,23 +106,10 @@ fn run(start: impl FnOnce(&str) -> Command) -> Done {
     Done { said, outputs, places }
 }
 
-/// A test without a compiler says so.
-fn has_compiler() -> bool {
-    let found = Command::new("c++").arg("--version").output().is_ok();
-    if !found {
-        assert!(
-            env::var_os("NO_COMPILER").is_some(),
-            "there is no C++ compiler, which this test needs; with NO_COMPILER=1 it passes without a check"
-        );
-        let _ = writeln!(io::stderr(), "skipped: there is no C++ compiler");
-    }
-    found
-}
-
 #[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn the_warehouse_in_rust_does_what_the_one_in_c_does() {
-    if !has_compiler() {
+    if !has_compiler("c++") {
         return;
     }
     // On a busy machine a program may miss its window and react an exchange later, and an axis goes four pulses further.

@@ -33,6 +33,19 @@ pub(crate) fn tx_run() -> Command {
     built("", "tx_run", "cargo build --package ft-transfer-area-c")
 }
 
+/// Whether there is this compiler. A test that has checked nothing must not look like one that has passed.
+pub(crate) fn has_compiler(name: &str) -> bool {
+    let found = Command::new(name).arg("--version").output().is_ok();
+    if !found {
+        assert!(
+            std::env::var_os("NO_COMPILER").is_some(),
+            "there is no {name}, which this test needs; with NO_COMPILER=1 it passes without a check"
+        );
+        let _ = writeln!(std::io::stderr(), "skipped: there is no {name}");
+    }
+    found
+}
+
 /// A program beside the tests, in the folder `target/debug`.
 fn built(folder: &str, name: &str, how: &str) -> Command {
     let tests: PathBuf = std::env::current_exe().unwrap();

@@ -28,19 +28,18 @@ struct nfc_device {
 
 struct freefare_tag {
     const char *colour, *uid;
-    uint8_t type; /* as the factory counts: 1 white, 2 red, 3 blue */
     uint8_t pages[PAGES][4];
 };
 
 static struct nfc_context context;
 static struct nfc_device device;
 
+/* The second byte of page HEADER is the colour, as the factory counts: 1 white, 2 red, 3 blue. */
 static struct freefare_tag tags[] = {
-    {"white", "04000000000001", 1, {{0}}},
-    {"red", "04000000000002", 2, {{0}}},
-    {"blue", "04000000000003", 3, {{0}}},
+    {"white", "04000000000001", {{0}, {0}, {0}, {0}, {0, 1}}},
+    {"red", "04000000000002", {{0}, {0}, {0}, {0}, {0, 2}}},
+    {"blue", "04000000000003", {{0}, {0}, {0}, {0}, {0, 3}}},
 };
-static int is_filled;
 
 /* The tag on the reader, or NULL. */
 static FreefareTag tag_here(void)
@@ -48,9 +47,6 @@ static FreefareTag tag_here(void)
     const char *wanted = getenv("FACTORY_TAG");
     size_t i;
 
-    for (i = 0; i < sizeof tags / sizeof tags[0] && !is_filled; i++)
-        tags[i].pages[HEADER][1] = tags[i].type;
-    is_filled = 1;
     for (i = 0; i < sizeof tags / sizeof tags[0]; i++)
         if (strcmp(wanted ? wanted : "white", tags[i].colour) == 0)
             return &tags[i];
