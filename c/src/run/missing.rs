@@ -175,13 +175,7 @@ fn is_definition(rest: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
-        let path = folder.join(name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(&path, text).unwrap();
-        path
-    }
+    use crate::sources::tests::write;
 
     #[test]
     fn the_folder_of_a_header_is_found_beside_and_above_the_source() {
