@@ -108,7 +108,8 @@ impl<A: Area> Mirror<A> {
         for index in 0..AREAS {
             let places = self.array.places(index);
             let mut info = self.array.load(places.info);
-            info.version.firmware = ta_firmware(firmware);
+            // part.a to part.d of `FT_VERSION.firmware`.
+            info.version.firmware = u32::from_ne_bytes(ta_firmware(firmware));
             info.version.shm_if = TA_VERSION;
             if index == 0 {
                 info.hostname.fill(0);
@@ -373,10 +374,10 @@ fn sent<A: Area>(mut config: Config, is_on_txt: bool) -> Config {
 /// the firmware's own number.
 pub(crate) const ROBOLIB_DLL: u8 = 6;
 
-/// `FT_VERSION.firmware`: part.a to part.d are 0, the DLL's number and the firmware's, 00 06 04 06 for 4.6.6.
-fn ta_firmware(firmware: FirmwareVersion) -> u32 {
+/// The firmware as programs of the TX read it: 0, the DLL's number and the firmware's, 00 06 04 06 for 4.6.6.
+pub(crate) fn ta_firmware(firmware: FirmwareVersion) -> [u8; 4] {
     let [major, minor, ..] = firmware.code().to_be_bytes();
-    u32::from_ne_bytes([0, ROBOLIB_DLL, major, minor])
+    [0, ROBOLIB_DLL, major, minor]
 }
 
 /// The configuration of an input as the library on a TXT itself understands it: it does not know all modes, and a

@@ -58,8 +58,12 @@ impl Online {
 
     /// All outputs are off. Allocates nothing on Unix, where the path is short.
     pub(crate) fn end(&self) {
-        if !self.is_over.swap(true, Ordering::AcqRel) {
-            self.note.iter().for_each(Note::remove);
+        if self.is_over.swap(true, Ordering::AcqRel) {
+            return;
+        }
+        if let Some(note) = &self.note {
+            note.remove();
+            note.stand_for_left();
         }
     }
 }
@@ -103,7 +107,8 @@ impl Note {
         let _ = fs::remove_file(&self.path);
     }
 
-    /// Removes the notes of earlier transfers of this process with the same controller: one is enough to stop it.
+    /// Removes the notes of earlier transfers of this process with the same controller: one is enough to stop it, and
+    /// none is needed when the last exchange of this one has done so.
     fn stand_for_left(&self) {
         LEFT.lock().retain(|left| {
             let is_same = left.host == self.host && left.process == self.process;
@@ -166,6 +171,22 @@ mod tests {
         let other = begin("b");
         assert_eq!(noted(), 2);
         begin("a").end();
+        assert_eq!(noted(), 1);
+        other.end();
+        assert_eq!(noted(), 0);
+    }
+
+    #[test]
+    fn a_transfer_that_ends_well_stands_for_one_that_was_lost() {
+        let folder = tempfile::tempdir().unwrap();
+        File::create_new(folder.path().join(MARK)).unwrap();
+        let begin = |host| Online::with_folder(folder.path().to_str(), host);
+        let (lost, other) = (begin("c"), begin("d"));
+        let next = begin("c");
+        // As a session does when the next transfer takes its place.
+        drop(lost);
+        next.end();
+        let noted = || fs::read_dir(folder.path()).unwrap().count() - 1;
         assert_eq!(noted(), 1);
         other.end();
         assert_eq!(noted(), 0);

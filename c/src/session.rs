@@ -110,12 +110,12 @@ impl<A: Area> ProgramSession<A> {
             .mode(settings.mode)
             .watchdog(CALLBACK_LIMIT)
             .build()?;
-        let is_on_txt = settings.dev_mode == DEV_MODE_LOCAL;
+        let is_local = settings.dev_mode == DEV_MODE_LOCAL;
         let shared = SessionParts {
             handler,
-            // A TXT itself takes the outputs right after the callback. So the answer to a command comes after a whole
-            // cycle, and programs that wait for 10 ms between two commands rely on it.
-            time_to_answer: if is_on_txt { Duration::ZERO } else { TIME_TO_ANSWER },
+            // A controller itself takes the outputs right after the callback. So the answer to a command comes after a
+            // whole cycle, and programs that wait for 10 ms between two commands rely on it.
+            time_to_answer: if is_local { Duration::ZERO } else { TIME_TO_ANSWER },
             host: settings.host.clone(),
             online: Mutex::new(None),
             mirror: Mutex::new(mirror),

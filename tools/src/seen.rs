@@ -221,11 +221,15 @@ pub(crate) fn unanswered(exchanges: u64) -> String {
 
 /// Exchanges that are not shown as a sentence for people.
 pub(crate) fn forgotten(count: u64) -> String {
-    format!("more than 64 commands had no answer at once, so {count} exchanges are left out")
+    format!(
+        "more than {KEPT_MAX} commands had no answer at once, so {count} exchanges are left out"
+    )
 }
 
 /// A response that comes after this time comes no more. StopOnline takes a second.
 pub(crate) const NO_ANSWER: Duration = Duration::from_secs(2);
+/// How many commands without a response are kept, with what they have sent. Each client that is known sends them in turn.
+pub(crate) const KEPT_MAX: usize = 64;
 
 /// A missing response as a sentence for people.
 pub(crate) fn no_answer(command: CommandId, waited: Duration) -> String {

@@ -1,7 +1,7 @@
 //! FtTxtLib's calls that write: each as a whole, so that no request has only a part of it.
 #![allow(unreachable_pub, reason = "the linker exports it")]
 
-use ft_transfer_area::transfer_area::{CounterMode, FishX1Transfer, InputMode, OutputValues};
+use ft_transfer_area::transfer_area::{CounterMode, FishX1Transfer, InputMode};
 use ft_transfer_area::tx::{Counter, Direction, Input, InvalidCall, Motor, Output};
 use ft_transfer_area::Error;
 
@@ -49,7 +49,6 @@ fn edit_area(
     area.txt_outputs = array.load(places.txt_outputs);
     let before = area;
     edit(&mut area)?;
-    clear_flags(&before.output, &mut area);
     if area.config != before.config {
         array.store(places.config, area.config);
     }
@@ -78,19 +77,6 @@ fn edit_area(
         array.store(places.config_id, area.state.config_id);
     }
     Ok(())
-}
-
-/// A new command is not done.
-fn clear_flags(before: &OutputValues, area: &mut FishX1Transfer) {
-    let (output, input) = (&area.output, &mut area.input);
-    for i in 0..4 {
-        if output.motor_ex_cmd_id[i] != before.motor_ex_cmd_id[i] {
-            input.motor_ex_reached[i] = 0;
-        }
-        if output.cnt_reset_cmd_id[i] != before.cnt_reset_cmd_id[i] {
-            input.cnt_resetted[i] = 0;
-        }
-    }
 }
 
 /// Writes the elements that have changed: others may be written by another thread.

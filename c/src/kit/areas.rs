@@ -49,8 +49,6 @@ impl ProgramAreas {
             // The id first: the program raises it when the configuration is written.
             array.store(to.config_id, load(from.config_id));
             array.store(to.config, load(from.config));
-            // With the flags that the program has set back.
-            array.store(to.input, load(from.input));
             // The program may run meanwhile, with the thread of kit 4.6.6.
             array.store(to.output, settled(|| load(from.output)));
             array.store(to.txt_outputs, load(from.txt_outputs));
@@ -64,27 +62,21 @@ impl ProgramAreas {
         }
     }
 
-    /// Runs what may change flags in the array, and writes those that it has changed into the program's areas:
-    /// the program may have set others back meanwhile.
-    pub(super) fn with_flags<R>(
-        &self,
-        array: &AreaArray<FishX1Transfer>,
-        change: impl FnOnce() -> R,
-    ) -> R {
-        let in_array = || -> Vec<_> {
-            let places = (0..self.count).map(|index| flags(array.places(index).input));
-            places.map(|flags| flags.map(|at| array.load(at))).collect()
-        };
-        let before = in_array();
-        let result = change();
-        for (index, (before, after)) in before.into_iter().zip(in_array()).enumerate() {
-            for (kind, to) in flags(self.places(index).input).into_iter().enumerate() {
-                for i in (0..4).filter(|i| before[kind][*i] != after[kind][*i]) {
-                    store(to.cast::<u16>().wrapping_add(i), after[kind][i]);
+    /// Runs what may set flags in the array, and sets these in the program's areas, too, whatever the program has set
+    /// back meanwhile.
+    pub(super) fn with_flags(&self, array: &AreaArray<FishX1Transfer>, set: impl FnOnce()) {
+        let in_array = |index| flags(array.places(index).input);
+        (0..self.count).flat_map(in_array).for_each(|flags| array.store(flags, [0; 4]));
+        set();
+        for index in 0..self.count {
+            let pairs = in_array(index).into_iter().zip(flags(self.places(index).input));
+            for (from, to) in pairs {
+                let is_set = array.load(from);
+                for i in (0..4).filter(|i| is_set[*i] != 0) {
+                    store(to.cast::<u16>().wrapping_add(i), 1);
                 }
             }
         }
-        result
     }
 
     /// Copies the inputs without their flags and ids from the array, and sets the master's timers.
@@ -152,4 +144,29 @@ fn load<T: Cell>(at: *mut T) -> T {
 fn store<T: Cell>(at: *mut T, value: T) {
     // SAFETY: as above.
     unsafe { T::store(at, value) };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flag_that_is_set_back_during_an_exchange_is_set_when_the_command_is_done() {
+        let mut area = FishX1Transfer::default();
+        area.input.cnt_resetted[0] = 1;
+        area.input.motor_ex_reached = [1; 4].into();
+        // SAFETY: it stays until the end of this test.
+        let program = unsafe { ProgramAreas::new(&raw mut area, 1) }.unwrap();
+        let array = AreaArray::new();
+        program.copy_to(&array);
+        let [of_reset, of_motors] = flags(program.places(0).input);
+        store(of_reset, [0; 4]);
+        store(of_motors, [0, 1, 0, 1]);
+        program.with_flags(&array, || {
+            let [resets, motors] = flags(array.places(0).input);
+            array.store(resets.cast::<u16>(), 1);
+            array.store(motors.cast::<u16>().wrapping_add(2), 1);
+        });
+        assert_eq!((load(of_reset), load(of_motors)), ([1, 0, 0, 0], [0, 1, 1, 1]));
+    }
 }

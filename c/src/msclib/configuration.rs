@@ -29,7 +29,7 @@ fn with_config(
     })
 }
 
-/// Configures a universal input. Its value is 0 until one comes that was measured so.
+/// Configures a universal input. Its value is 0 until the next response.
 #[no_mangle]
 pub(crate) extern "C" fn SetFtUniConfig(
     handle: Handle,

@@ -13,7 +13,7 @@ use crate::errors::{
 };
 use crate::ffi::guarded;
 use crate::memory::AREAS;
-use crate::mirror::ROBOLIB_DLL;
+use crate::mirror::{ta_firmware, ROBOLIB_DLL};
 
 /// The longest name of a controller.
 const NAME_MAX: usize = 16;
@@ -87,7 +87,7 @@ fn master_text(
 
 /// `V 04.06` for 4.6.6.
 fn firmware_text(device: &Arc<Device>) -> String {
-    let [major, minor, ..] = device.controller().firmware.code().to_be_bytes();
+    let [.., major, minor] = ta_firmware(device.controller().firmware);
     format!("V {major:02}.{minor:02}")
 }
 
@@ -202,10 +202,7 @@ pub(crate) extern "C" fn GetRoboTxFwStr(
 #[no_mangle]
 pub(crate) extern "C" fn GetRoboTxFwVal(handle: Handle, controller: c_int, to: Out<u32>) -> u32 {
     with_area(handle, controller, |device, _| match controller {
-        0 => {
-            let [major, minor, ..] = device.controller().firmware.code().to_be_bytes();
-            to.put(u32::from_be_bytes([0, ROBOLIB_DLL, major, minor]))
-        }
+        0 => to.put(u32::from_be_bytes(ta_firmware(device.controller().firmware))),
         _ => Err(FTLIB_ERR_FAILED),
     })
 }

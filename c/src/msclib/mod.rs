@@ -1,7 +1,8 @@
 //! ftMscLib: the library by which PC programs control a ROBO TX, for a TXT.
 //!
-//! All 82 functions, and the 28 of ftMscLibEx, are exported under their names, as `extern "C"`; the callbacks that a program gives are
-//! `extern "system"`. What is exported does not read memory of the program itself: [`arguments`] does.
+//! All 82 functions, and the 28 of ftMscLibEx, are exported under their names, as `extern "C"`; the callbacks that a
+//! program gives are `extern "system"`. What is exported does not read memory of the program itself: [`arguments`]
+//! does.
 //!
 //! | file | what it has |
 //! |---|---|

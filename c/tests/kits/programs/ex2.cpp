@@ -89,6 +89,9 @@ static int calls()
     TransArea[0].ftX1out.motor_ex_cmd_id[1]++;
     while (TransArea[0].ftX1in.motor_ex_reached[1] != 1) pause_ms(1);
     if (ComHandler->GetInCntCount(LOCAL_IO, C2) < 60) return 11;
+    // A call sets the flag back itself.
+    if (ComHandler->StartMotorExCmd(LOCAL_IO, M2, 400, CW, 60000) != FTLIB_ERR_SUCCESS
+        || TransArea[0].ftX1in.motor_ex_reached[1] != 0) return 12;
     ComHandler->StopAllMotorExCmd(LOCAL_IO);
     ComHandler->StartCounterReset(LOCAL_IO, C3);
     while (!ComHandler->IsCntResetReady(LOCAL_IO, C3)) pause_ms(5);

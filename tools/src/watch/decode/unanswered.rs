@@ -6,10 +6,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::wire::{CommandId, ResponseId};
 
 use super::main_line::Sent;
-use crate::seen::{Happened, NO_ANSWER};
-
-/// How many are kept, with what they have sent. Each client that is known sends them in turn.
-pub(super) const KEPT_MAX: usize = 64;
+use crate::seen::{Happened, KEPT_MAX, NO_ANSWER};
 
 /// The commands without a response. Older ones that have no room are forgotten and counted, because their responses
 /// come first.
@@ -100,9 +97,8 @@ impl Unanswered {
                 self.forgotten.swap_remove(place);
             }
             // When the next one was sent is forgotten, too.
-            let next = self.forgotten.first().map(|(of, _)| *of);
-            let oldest = self.oldest.take().zip(next);
-            self.oldest = oldest.map(|(old, _)| Waiting::new(old.command, at));
+            let oldest = self.oldest.take().filter(|_| !self.forgotten.is_empty());
+            self.oldest = oldest.map(|old| Waiting::new(old.command, at));
             return Some(Answered::Forgotten);
         }
         let place = self.kept.iter().position(|one| one.command.response() == response)?;
