@@ -220,11 +220,11 @@ BOOL WritePrivateProfileStringA(LPCSTR section, LPCSTR key, LPCSTR value, LPCSTR
 #endif
 
 /* Numbers that several threads change. They may be LONG or long. */
+#ifdef __cplusplus
 #define FT_CHANGE(name, change) \
     template <class T> inline T name(T volatile *number) { return change; }
 #define FT_CHANGE_BY(name, change) \
     template <class T, class U> inline T name(T volatile *number, U by) { return change; }
-#ifdef __cplusplus
 FT_CHANGE(InterlockedIncrement, __sync_add_and_fetch(number, (T) 1))
 FT_CHANGE(InterlockedDecrement, __sync_sub_and_fetch(number, (T) 1))
 FT_CHANGE_BY(InterlockedExchange, __atomic_exchange_n(number, (T) by, __ATOMIC_SEQ_CST))
@@ -237,6 +237,8 @@ inline T InterlockedCompareExchange(T volatile *number, U value, V expected)
 {
     return __sync_val_compare_and_swap(number, (T) expected, (T) value);
 }
+#undef FT_CHANGE
+#undef FT_CHANGE_BY
 #else
 #define InterlockedIncrement(number) __sync_add_and_fetch((number), 1)
 #define InterlockedDecrement(number) __sync_sub_and_fetch((number), 1)
@@ -248,7 +250,5 @@ inline T InterlockedCompareExchange(T volatile *number, U value, V expected)
 #define InterlockedCompareExchange(number, value, expected) \
     __sync_val_compare_and_swap((number), (expected), (value))
 #endif
-#undef FT_CHANGE
-#undef FT_CHANGE_BY
 
 #endif

@@ -18,8 +18,12 @@ const FALSE: i32 = 0;
 const HANDLES: [usize; 3] = [0x4000_0004, 0x4000_0008, 0x4000_000C];
 /// White on black, with which a console begins.
 const ORDINARY: u16 = 7;
+/// All that there is of an input: a line with echo, Ctrl-C; of an output: lines that are broken, control sequences.
+const MODE: u32 = 7;
+
 static ATTRIBUTES: AtomicU16 = AtomicU16::new(ORDINARY);
 static IS_HIDDEN: AtomicBool = AtomicBool::new(false);
+
 /// The file of a handle; `None` for other handles.
 pub(super) fn file_of(handle: Handle) -> Option<c_int> {
     HANDLES.iter().position(|known| *known == handle.addr()).map(|file| file as c_int)
@@ -245,13 +249,12 @@ pub extern "C" fn FlushConsoleInputBuffer(input: Handle) -> i32 {
 /// `mode` is null or a place that this call alone uses.
 #[no_mangle]
 pub unsafe extern "C" fn GetConsoleMode(console: Handle, mode: *mut u32) -> i32 {
-    let Some(file) = file_of(console).filter(|file| is_terminal(*file) && !mode.is_null()) else {
-        return FALSE;
-    };
-    // SAFETY: as the caller promises. All that is known of it, also control sequences in the output.
-    unsafe { mode.write(7) };
-    let _ = file;
-    TRUE
+    let is_known = file_of(console).is_some_and(is_terminal) && !mode.is_null();
+    if is_known {
+        // SAFETY: as the caller promises.
+        unsafe { mode.write(MODE) };
+    }
+    is_known.into()
 }
 
 /// Changes nothing.

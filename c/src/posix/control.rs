@@ -72,12 +72,11 @@ fn is_begun() -> bool {
         if unsafe { libc::pipe(ends.as_mut_ptr()) } != 0 {
             return;
         }
-        for end in ends {
-            // SAFETY: calls without pointers. A handler must not wait, and no other program gets the ends.
-            unsafe {
-                libc::fcntl(end, libc::F_SETFD, libc::FD_CLOEXEC);
-                libc::fcntl(ends[1], libc::F_SETFL, libc::O_NONBLOCK);
-            }
+        // SAFETY: calls without pointers. No other program gets the ends, and a handler must not wait.
+        unsafe {
+            libc::fcntl(ends[0], libc::F_SETFD, libc::FD_CLOEXEC);
+            libc::fcntl(ends[1], libc::F_SETFD, libc::FD_CLOEXEC);
+            libc::fcntl(ends[1], libc::F_SETFL, libc::O_NONBLOCK);
         }
         let thread = thread::Builder::new().name("control of C".into());
         if thread.spawn(move || handle(ends[0])).is_ok() {

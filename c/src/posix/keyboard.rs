@@ -32,16 +32,17 @@ fn is_in_front() -> bool {
     unsafe { libc::isatty(INPUT) == 1 && libc::tcgetpgrp(INPUT) == libc::getpgrp() }
 }
 
-/// Lets keys through one by one, without showing them, until [`lines_again`]. Ctrl-C still ends the program.
-fn single_keys() {
+/// Lets keys through one by one, without showing them, until [`lines_again`]. Ctrl-C still ends the program. False when
+/// the terminal is not the program's.
+fn single_keys() -> bool {
     if !is_in_front() {
-        return;
+        return false;
     }
     // SAFETY: all bits 0 are such a struct, and it is there.
     let now = unsafe {
         let mut now: libc::termios = std::mem::zeroed();
         if libc::tcgetattr(INPUT, &mut now) != 0 {
-            return;
+            return false;
         }
         now
     };
@@ -55,6 +56,7 @@ fn single_keys() {
     keys.c_lflag &= !(libc::ICANON | libc::ECHO);
     // SAFETY: a struct that the system has filled.
     unsafe { libc::tcsetattr(INPUT, libc::TCSANOW, &keys) };
+    true
 }
 
 /// Makes the terminal as it was. Async-signal-safe.
@@ -86,8 +88,7 @@ fn read_keys(keys: &mut VecDeque<u8>, wait_ms: c_int) -> bool {
 /// Reads what a terminal has, for those who ask whether a key is down.
 pub(super) fn read_terminal() {
     let mut keys = KEYS.lock();
-    if is_in_front() {
-        single_keys();
+    if single_keys() {
         while read_keys(&mut keys, 0) {}
     }
 }

@@ -14,7 +14,7 @@ const FALSE: i32 = 0;
 /// As on Windows: a line of a quarter of a character's height.
 const CURSOR_SIZE: u32 = 25;
 
-/// Where the program has set the cursor last.
+/// Where the program has set the cursor last: the column in the upper half.
 static POSITION: AtomicU32 = AtomicU32::new(0);
 
 /// A place on the screen, counted from 0.
@@ -68,10 +68,10 @@ pub unsafe extern "C" fn GetConsoleScreenBufferInfo(output: Handle, info: *mut S
         let size = file_of(output).filter(|_| is_screen(output)).and_then(size_of);
         let Some((columns, lines)) = size.filter(|_| !info.is_null()) else { return FALSE };
         let size = Coord { x: columns as i16, y: lines as i16 };
-        let [x, y] = [POSITION.load(Ordering::Acquire) >> 16, POSITION.load(Ordering::Acquire)];
+        let position = POSITION.load(Ordering::Acquire);
         let known = ScreenInfo {
             size,
-            cursor: Coord { x: x as i16, y: y as i16 },
+            cursor: Coord { x: (position >> 16) as i16, y: position as i16 },
             attributes: attributes(),
             window: [0, 0, size.x - 1, size.y - 1],
             most: size,

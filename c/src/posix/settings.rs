@@ -8,7 +8,6 @@ use crate::ffi::{caught, text_of};
 
 /// A file with more is not read.
 const LARGEST: u64 = 1 << 20;
-const TRUE: i32 = 1;
 const FALSE: i32 = 0;
 
 /// The file's lines, each without its end. Texts are in any encoding.
@@ -124,12 +123,15 @@ unsafe fn bytes_of<'a>(text: *const c_char) -> Option<&'a [u8]> {
     (!text.is_null()).then(|| unsafe { CStr::from_ptr(text) }.to_bytes())
 }
 
-/// Copies a text with a 0 behind it, or a list of texts with two, cut to what fits. Returns its length.
+/// Copies a text, or a list of texts that each have a 0, with another 0 behind it. Returns the length without this one.
+/// What does not fit is cut; a list that is cut has two zeros behind it, which do not count.
 ///
 /// # Safety
 ///
 /// `to` is null or has `size` bytes that this call alone uses.
-unsafe fn give(text: &[u8], ends: usize, to: *mut c_char, size: usize) -> u32 {
+unsafe fn give(text: &[u8], is_list: bool, to: *mut c_char, size: usize) -> u32 {
+    // Each list ends with two zeros, also one without texts.
+    let ends = if is_list && (text.is_empty() || text.len() >= size) { 2 } else { 1 };
     if to.is_null() || size < ends {
         return 0;
     }
@@ -168,18 +170,16 @@ pub unsafe extern "C" fn GetPrivateProfileStringA(
         let (section, key, otherwise, file) =
             unsafe { (bytes_of(section), bytes_of(key), bytes_of(otherwise), text_of(file)) };
         let lines = file.and_then(|file| read(&name_of(file)).ok()).unwrap_or_default();
-        let (text, ends) = match (section, key) {
-            (None, _) => (list(lines.iter().filter_map(|line| section_in(line))), 2),
-            (Some(section), None) => (list(settings(&lines, section).map(|(key, _)| key)), 2),
+        let (text, is_list) = match (section, key) {
+            (None, _) => (list(lines.iter().filter_map(|line| section_in(line))), true),
+            (Some(section), None) => (list(settings(&lines, section).map(|(key, _)| key)), true),
             (Some(section), Some(key)) => {
                 let found = value(&lines, section, key);
-                (found.or(otherwise).unwrap_or_default().to_vec(), 1)
+                (found.or(otherwise).unwrap_or_default().to_vec(), false)
             }
         };
-        // A list has the first of its two last zeros within itself, unless it is cut.
-        let text = if ends == 2 { text.strip_suffix(b"\0").unwrap_or(&text) } else { &text };
         // SAFETY: as the caller promises.
-        unsafe { give(text, ends, to, size) }
+        unsafe { give(&text, is_list, to, size) }
     })
 }
 
@@ -240,11 +240,7 @@ pub unsafe extern "C" fn WritePrivateProfileStringA(
         change(&mut lines, section, key, value);
         let text: Vec<u8> =
             lines.into_iter().flat_map(|line| [line, b"\r\n".to_vec()].concat()).collect();
-        if fs::write(&file, text).is_ok() {
-            TRUE
-        } else {
-            FALSE
-        }
+        fs::write(&file, text).is_ok().into()
     })
 }
 

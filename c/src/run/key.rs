@@ -1,4 +1,5 @@
-//! What a compiled file depends on: the preprocessed text of its source, and which programs compile it with which options. A file for which this may not be all has no key, and is compiled at each start.
+//! What a compiled file depends on: the preprocessed text of its source, and which programs compile it with which
+//! options. A file for which this may not be all has no key, and is compiled at each start.
 
 use std::collections::BTreeSet;
 use std::env;
@@ -67,8 +68,8 @@ pub(crate) fn known_compiler(compiler: &OsStr, options: &[OsString]) -> Option<P
     found(compiler).filter(|file| is_compiler(file) && state_of(file).is_some())
 }
 
-/// What distinguishes this compiler from another one, and its options; `None` when that can't be known. `commands` is what
-/// it says that it would run (`-###`): with all options, also those from elsewhere.
+/// What distinguishes this compiler from another one, and its options; `None` when that can't be known. `commands` is
+/// what it says that it would run (`-###`): with all options, also those from elsewhere.
 pub(crate) fn identity(compiler: &Path, commands: &str) -> Option<String> {
     let mut identity = commands.to_owned();
     let programs = programs(commands);
@@ -173,8 +174,8 @@ fn changed(file: &fs::Metadata) -> Option<String> {
     Some(format!("{} {modified:?} {more:?}", file.len()))
 }
 
-/// The key of what is compiled from this text, and what else distinguishes it from others. `None` when the compiler reads a
-/// precompiled header for it.
+/// The key of what is compiled from this text, and what else distinguishes it from others. `None` when the compiler
+/// reads a precompiled header for it.
 pub(crate) fn of(text: &[u8], others: &[&[u8]]) -> Option<Key> {
     if String::from_utf8_lossy(text).contains("pch_preprocess") {
         return None;

@@ -76,22 +76,9 @@ fn leads_to_file(parts: &[&str], place: &Path) -> bool {
 
 /// What to do about functions that a linker has not found. `named` are the sources that it was made of.
 pub(crate) fn advice_for_names(missing: &[&str], named: &[&Path]) -> String {
-    let own = texts(named.iter().map(|source| source.to_path_buf()));
-    let others = other_sources(named);
-    let with = |sources: &[(PathBuf, String)], name| {
-        sources.iter().find(|(_, text)| defines(text, name)).map(|(file, _)| file.clone())
-    };
-    let (mut in_own, mut in_others) = (ByFile::new(), ByFile::new());
-    let mut nowhere = Vec::new();
-    for name in missing {
-        if let Some(file) = with(&own, name) {
-            in_own.entry(file).or_default().push(name);
-        } else if let Some(file) = with(&others, name) {
-            in_others.entry(file).or_default().push(name);
-        } else {
-            nowhere.push(*name);
-        }
-    }
+    let mut nowhere = missing.to_vec();
+    let in_own = take_defined(&mut nowhere, named.iter().map(|source| source.to_path_buf()));
+    let in_others = take_defined(&mut nowhere, other_sources(named).into_iter());
     let differs = "but not as it is called: with other arguments, or in the other language (extern \"C\", -x)";
     let in_own = in_own.iter().map(|(file, names)| (file, names, differs));
     let in_others = in_others.iter().map(|(file, names)| (file, names, "name this file, too"));
@@ -107,6 +94,27 @@ pub(crate) fn advice_for_names(missing: &[&str], named: &[&Path]) -> String {
 /// Names, by the file that has them.
 type ByFile<'a> = BTreeMap<PathBuf, Vec<&'a str>>;
 
+/// Takes those names that one of these files defines. Only one file's text is in memory.
+fn take_defined<'a>(
+    missing: &mut Vec<&'a str>,
+    files: impl Iterator<Item = PathBuf>,
+) -> ByFile<'a> {
+    let mut found = ByFile::new();
+    for file in files {
+        if missing.is_empty() {
+            break;
+        }
+        let text = read::file(&file).unwrap_or_default();
+        let text = String::from_utf8_lossy(&text);
+        let (defined, others) = missing.iter().partition(|name| defines(&text, name));
+        *missing = others;
+        if !defined.is_empty() {
+            found.insert(file, defined);
+        }
+    }
+    found
+}
+
 fn listed(names: &[&str]) -> String {
     let shown = names[..names.len().min(MOST_NAMES)].join(", ");
     if names.len() > MOST_NAMES {
@@ -116,8 +124,8 @@ fn listed(names: &[&str]) -> String {
     }
 }
 
-/// The sources that lie beside those that were named, with their texts.
-fn other_sources(named: &[&Path]) -> Vec<(PathBuf, String)> {
+/// The sources that lie beside those that were named.
+fn other_sources(named: &[&Path]) -> Vec<PathBuf> {
     let mut folders: Vec<&Path> = named.iter().map(|source| folder_of(source)).collect();
     folders.sort();
     folders.dedup();
@@ -130,16 +138,7 @@ fn other_sources(named: &[&Path]) -> Vec<(PathBuf, String)> {
         .take(MOST_SOURCES)
         .collect();
     files.sort();
-    texts(files.into_iter())
-}
-
-/// The files that can be read, with their texts.
-fn texts(files: impl Iterator<Item = PathBuf>) -> Vec<(PathBuf, String)> {
-    let text = |file: PathBuf| {
-        let text = read::file(&file).ok()?;
-        Some((file, String::from_utf8_lossy(&text).into_owned()))
-    };
-    files.filter_map(text).collect()
+    files
 }
 
 fn is_named(file: &Path, named: &[&Path]) -> bool {
@@ -176,13 +175,7 @@ fn is_definition(rest: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
-        let path = folder.join(name);
-        fs::create_dir_all(path.parent().unwrap()).unwrap();
-        fs::write(&path, text).unwrap();
-        path
-    }
+    use crate::sources::tests::write;
 
     #[test]
     fn the_folder_of_a_header_is_found_beside_and_above_the_source() {

@@ -43,18 +43,18 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
     let named = inputs.objects.iter().map(|object| (object.clone(), object.clone()));
     let all: Vec<_> = with_names.chain(named).collect();
     let entry = symbols::entry(&all, !inputs.archives.is_empty())?;
-    let own = Own::of(entry, &inputs);
-    if let Some(own) = &own {
-        let path = build.join(own.name);
-        fs::write(&path, own.text)?;
-        compilers.need(own.language, options)?;
-        let source = [Source { path, language: own.language }];
+    let ours = Ours::of(entry, &inputs);
+    if let Some(ours) = &ours {
+        let path = build.join(ours.name);
+        fs::write(&path, ours.text)?;
+        compilers.need(ours.language, options)?;
+        let source = [Source { path, language: ours.language }];
         compiled.extend(work::compile_all(&source, &compilers, &plan, &cache)?);
     }
     let folder = build.join("program");
     fs::create_dir(&folder)?;
     let path = folder.join(&inputs.name).with_extension(env::consts::EXE_EXTENSION);
-    let more = own.map_or(&[][..], |own| own.link_options);
+    let more = ours.map_or(&[][..], |ours| ours.link_options);
     link::link(compilers.for_linking()?, &compiled, more, &inputs, options, &library, &path)?;
     cache.tidy();
     let kind = match (entry, plan.kind) {
@@ -67,14 +67,14 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
 }
 
 /// A source of ours that belongs to a program.
-struct Own {
+struct Ours {
     name: &'static str,
     text: &'static str,
     language: Language,
     link_options: &'static [&'static str],
 }
 
-impl Own {
+impl Ours {
     fn of(entry: Entry, inputs: &Inputs) -> Option<Self> {
         match entry {
             Entry::PrgTic => Some(Self {

@@ -218,10 +218,11 @@ fn include_in(line: &[u8]) -> Option<(String, Range<usize>, bool)> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
+    /// Writes a file, and the folders that it lies in.
+    pub(crate) fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
         let path = folder.join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(&path, text).unwrap();

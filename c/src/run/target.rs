@@ -75,23 +75,18 @@ pub(crate) fn several(world: &str) -> Sentence {
     .into()
 }
 
-fn is_shipped_factory(name: &str) -> bool {
-    Factory::SHIPPED.contains(&name)
-}
-
 /// The world with this name, or in this file.
 fn read_world(name: &OsStr) -> Result<Option<World>, Sentence> {
     let path = Path::new(name);
     let has_several = |factory: Factory| factory.controllers.len() > 1;
-    if Factory::load(path).is_ok_and(has_several) || name.to_str().is_some_and(is_shipped_factory) {
-        return Err(several(&name.to_string_lossy()));
-    }
     let is_file = path.extension().is_some() || path.components().count() > 1;
     match name.to_str() {
         Some("none") => Ok(None),
+        Some(shipped) if !is_file && Factory::SHIPPED.contains(&shipped) => Err(several(shipped)),
         Some(shipped) if !is_file => World::shipped(shipped).map(Some).map_err(|error| {
             format!("{error:#}; or use none for no world, or the path of a .toml file").into()
         }),
+        _ if Factory::load(path).is_ok_and(has_several) => Err(several(&name.to_string_lossy())),
         _ => World::load(path)
             .map(Some)
             .map_err(|error| format!("{}: {error:#}", path.display()).into()),

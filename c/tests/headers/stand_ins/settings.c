@@ -17,13 +17,16 @@ static int keeps(const char *file)
     EXPECT(GetPrivateProfileString("Motor", "name", "", text, 3, file) == 2 && !strcmp(text, "M "));
     EXPECT((int) GetPrivateProfileInt("Motor", "duty", 5, file) == -400);
     EXPECT(GetPrivateProfileInt("Gate", "open", 5, file) == 16 && GetPrivateProfileInt("Gate", "shut", 5, file) == 5);
-    EXPECT(GetPrivateProfileString("Motor", NULL, "", names, sizeof(names), file) == 9);
+    EXPECT(GetPrivateProfileString("Motor", NULL, "", names, sizeof(names), file) == 10);
     EXPECT(!memcmp(names, "DUTY\0name\0", 11));
-    EXPECT(GetPrivateProfileString(NULL, NULL, "", names, sizeof(names), file) == 10);
+    EXPECT(GetPrivateProfileString(NULL, NULL, "", names, sizeof(names), file) == 11);
     EXPECT(!memcmp(names, "Motor\0Gate\0", 12));
+    EXPECT(GetPrivateProfileString(NULL, NULL, "", names, 12, file) == 11 && !memcmp(names, "Motor\0Gate\0", 12));
+    EXPECT(GetPrivateProfileString(NULL, NULL, "", names, 11, file) == 9 && !memcmp(names, "Motor\0Gat\0", 11));
+    EXPECT(GetPrivateProfileString("none", NULL, "", names, sizeof(names), file) == 0 && !memcmp(names, "\0", 2));
     EXPECT(WritePrivateProfileString("Motor", "name", NULL, file));
     EXPECT(WritePrivateProfileString("Gate", NULL, NULL, file));
-    EXPECT(GetPrivateProfileString(NULL, NULL, "", names, sizeof(names), file) == 5);
+    EXPECT(GetPrivateProfileString(NULL, NULL, "", names, sizeof(names), file) == 6);
     EXPECT(!WritePrivateProfileString("a", "b", "c", "/none/none.ini"));
     return 0;
 }
