@@ -22,8 +22,6 @@ use crate::signals;
 use crate::sources::{Include, OwnFiles};
 use crate::{pass_on, say, Sentence};
 
-const INCLUDE: &[u8] = b"#include";
-
 /// What the compilation of all sources needs.
 pub(crate) struct Plan {
     build: PathBuf,
@@ -194,30 +192,21 @@ impl Unit<'_> {
         command
     }
 
-    /// The source after the preprocessor, and what that says; `None` when it fails.
-    fn preprocessed(&self) -> Result<Option<[Vec<u8>; 2]>, Sentence> {
-        // A source of ours that includes nothing is all that there is, so this start needs no compiler for it.
-        if self.path().starts_with(&self.plan.build) {
-            let text = read::file(self.path())?;
-            if !text.windows(INCLUDE.len()).any(|part| part == INCLUDE) {
-                return Ok(Some([text, Vec::new()]));
-            }
-        }
-        // With the second option gcc names a precompiled header that it would read.
-        let output = signals::output_of(self.command().args(["-E", "-fpch-preprocess"]))?;
-        let texts =
-            [output.stdout, output.stderr].map(|it| key::with_fixed_name(&it, &self.plan.build));
-        Ok(output.status.success().then_some(texts))
-    }
-
-    /// What the source depends on; `None` when what is compiled from it is not kept.
+    /// What the preprocessor makes of the source; `None` when what is compiled from it is not kept.
     fn text(&self) -> Result<Option<Text>, Sentence> {
         let Some(compiler) = self.compiler.identity.as_ref().filter(|_| self.cache.is_there())
         else {
             return Ok(None);
         };
+        // With the second option gcc names a precompiled header that it would read.
         let too_much = |error| format!("{}: {error}", self.path().display());
-        let Some([text, said]) = self.preprocessed().map_err(too_much)? else { return Ok(None) };
+        let output = signals::output_of(self.command().args(["-E", "-fpch-preprocess"]))
+            .map_err(too_much)?;
+        if !output.status.success() {
+            return Ok(None);
+        }
+        let [text, said] =
+            [output.stdout, output.stderr].map(|it| key::with_fixed_name(&it, &self.plan.build));
         let files = key::files_of(&text).map_err(|error| too_much(error.into()))?;
         let options = self.more_options().concat();
         let others = [compiler.as_bytes(), options.as_bytes(), &said, &files.written];
