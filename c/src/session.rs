@@ -343,7 +343,7 @@ impl<A: Area> SessionParts<A> {
         self.take_in(&areas);
         let begun = Instant::now();
         let (flow, since) = match &mut *self.cycle_call.lock() {
-            Some(call) => (call(), begun),
+            Some(call) => (report::in_callback(call), begun),
             None => (ControlFlow::Continue(()), areas.arrived()),
         };
         self.took_long.store(begun.elapsed() >= CALLBACK_LIMIT, Ordering::Relaxed);
