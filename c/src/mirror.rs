@@ -203,8 +203,12 @@ impl<A: Area> Mirror<A> {
         for i in 0..4 {
             (input.cnt_reset_cmd_id[i], done.0[i]) =
                 known.counters[i].receive(input.cnt_reset_cmd_id[i], newest.cnt_reset_cmd_id[i]);
-            (input.motor_ex_cmd_id[i], done.1[i]) =
-                known.motors[i].id.receive(input.motor_ex_cmd_id[i], newest.motor_ex_cmd_id[i]);
+            let (motor, echo, newest) =
+                (&mut known.motors[i], input.motor_ex_cmd_id[i], newest.motor_ex_cmd_id[i]);
+            (input.motor_ex_cmd_id[i], done.1[i]) = match self.supply {
+                Some(_) => motor.receive_on_txt(echo, newest),
+                None => motor.id.receive(echo, newest),
+            };
             done.1[i] &= !A::REACHED_IS_A_DISTANCE || known.motors[i].has_distance();
         }
         let mut txt_inputs = area.txt_inputs;

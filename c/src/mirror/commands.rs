@@ -1,5 +1,7 @@
 //! The commands of a program: their ids, and what becomes of a motor's after a pause.
 
+use std::mem;
+
 /// The command id of one counter, motor or sound.
 ///
 /// A program begins to count where it likes, and a controller remembers the last id of the program before.
@@ -73,6 +75,8 @@ pub(super) struct MotorCommand {
     pub(super) id: ContinuedId,
     /// How far it goes; 0 is without end.
     distance: u16,
+    /// Whether no response has come since a command without a distance.
+    is_fresh: bool,
     after_pause: AfterPause,
 }
 
@@ -100,9 +104,20 @@ impl MotorCommand {
         if self.id.is_new(id) {
             self.distance = if master > LAST_MASTER { 0 } else { distance };
             self.after_pause = AfterPause::AsBefore;
+            self.is_fresh = self.distance == 0;
         }
         let is_rest = self.after_pause == AfterPause::Rest;
         (self.id.send(id), if is_rest { self.distance } else { distance })
+    }
+
+    /// As [`ContinuedId::receive`], for a program on a TXT: a command without a distance is done with the second response
+    /// after it, not the first. Published programs end a distance by such a command, wait for 10 ms, as long as a cycle,
+    /// and command the next distance: its flag must not be set by the first command.
+    pub(super) fn receive_on_txt(&mut self, echo: u16, newest: u16) -> (u16, bool) {
+        match mem::take(&mut self.is_fresh) {
+            true => (self.id.received, false),
+            false => self.id.receive(echo, newest),
+        }
     }
 
     /// Whether it has a target: neither without end, nor with an error that is injected.
