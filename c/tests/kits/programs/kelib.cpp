@@ -286,6 +286,26 @@ static int transfer_i2c()
     return 0;
 }
 
+// Calls for I2C once, and begins to exchange at each signal.
+static int start_after_i2c()
+{
+    uint8_t byte = 0;
+    signal(SIGUSR1, ask);
+    printf("%X\n", (unsigned)InitI2C());
+    fflush(stdout);
+    for (int i = 0; i < 3; i++) {
+        while (!asked || MotorIOLib_ThreadIsRunning()) {
+            usleep(1000);
+        }
+        asked = 0;
+        printf("%X", (unsigned)StartTxtDownloadProg());
+        printf(" %d", MotorIOLib_ThreadIsRunning());
+        printf(" %X\n", (unsigned)KeLibI2cTransfer(0x18, 1, &byte, 1, &byte, 0));
+        fflush(stdout);
+    }
+    return StopTxtDownloadProg() != 1;
+}
+
 int main(int argc, char *argv[])
 {
     const char *what = argc > 1 ? argv[1] : "";
@@ -313,6 +333,9 @@ int main(int argc, char *argv[])
     }
     if (strcmp(what, "handler first") == 0) {
         signal(SIGINT, ask);
+    }
+    if (strcmp(what, "start after I2C") == 0) {
+        return start_after_i2c();
     }
     uint32_t error = StartTxtDownloadProg();
     if (error != KELIB_ERROR_NONE) {
