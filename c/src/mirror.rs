@@ -15,7 +15,7 @@ use ft_transfer_area::FirmwareVersion;
 
 use crate::memory::{Area, AreaArray, AREAS};
 use crate::supply::Supply;
-use commands::{ContinuedId, MotorCommand};
+use commands::{ContinuedId, MotorCommand, SoundCommand};
 
 /// The program runs on the controller, as far as it knows.
 pub(crate) const DEV_MODE_LOCAL: u8 = 0;
@@ -60,7 +60,7 @@ struct Known {
     config_id: Option<u8>,
     counters: [ContinuedId; 4],
     motors: [MotorCommand; 4],
-    sound: ContinuedId,
+    sound: SoundCommand,
     online: bool,
 }
 
@@ -213,7 +213,10 @@ impl<A: Area> Mirror<A> {
         }
         let mut txt_inputs = area.txt_inputs;
         let id = txt_inputs.sound_cmd_id;
-        txt_inputs.sound_cmd_id = known.sound.receive(id, id).0;
+        txt_inputs.sound_cmd_id = match self.supply {
+            Some(_) => known.sound.receive_on_txt(id),
+            None => known.sound.receive(id),
+        };
 
         let fields = InputFields::of(places.input);
         let change = change(&array.load(places.input), &input);
@@ -291,7 +294,7 @@ impl<A: Area> Mirror<A> {
                 }
             }
             let mut txt_outputs = array.load(places.txt_outputs);
-            let sound = known.sound.send(txt_outputs.sound_cmd_id);
+            let sound = known.sound.send(txt_outputs.sound_cmd_id, txt_outputs.sound_index);
             txt_outputs.sound_cmd_id = sound.unwrap_or(area.txt_outputs.sound_cmd_id);
             area.txt_outputs = txt_outputs;
         }

@@ -350,6 +350,16 @@ fn an_exchange_begins_also_without_i2c_which_goes_on_when_it_is_there() {
 }
 
 #[test]
+fn to_end_a_sound_is_answered_only_if_one_plays() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let running = Running::with(program, &txt, &["end sounds"]);
+    let ended = running.end();
+    ended.well();
+    assert_eq!(ended.out, "0 0\n");
+}
+
+#[test]
 fn a_controller_that_is_not_there_is_an_error() {
     let Some(program) = program() else { return };
     for host in ["127.0.0.1:1", "127.0.0.1:no", "nowhere.invalid"] {

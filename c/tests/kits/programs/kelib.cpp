@@ -306,6 +306,25 @@ static int start_after_i2c()
     return StopTxtDownloadProg() != 1;
 }
 
+// Ends a sound while none plays, and one that plays.
+static int end_sounds(FISH_X1_TRANSFER *area)
+{
+    area->sTxtOutputs.u16SoundCmdId++;
+    usleep(200000);
+    printf("%d", area->sTxtInputs.u16SoundCmdId);
+    area->sTxtOutputs.u16SoundIndex = 6;
+    area->sTxtOutputs.u16SoundRepeat = 1000;
+    area->sTxtOutputs.u16SoundCmdId++;
+    usleep(200000);
+    printf(" %d\n", area->sTxtInputs.u16SoundCmdId);
+    area->sTxtOutputs.u16SoundIndex = 0;
+    area->sTxtOutputs.u16SoundCmdId++;
+    while (area->sTxtInputs.u16SoundCmdId != 3) {
+        usleep(1000);
+    }
+    return 0;
+}
+
 int main(int argc, char *argv[])
 {
     const char *what = argc > 1 ? argv[1] : "";
@@ -350,6 +369,9 @@ int main(int argc, char *argv[])
     }
     if (strcmp(what, "sound") == 0) {
         return play_sound(area);
+    }
+    if (strcmp(what, "end sounds") == 0) {
+        return end_sounds(area);
     }
     if (strcmp(what, "again") == 0) {
         return start_again(area);
