@@ -13,7 +13,7 @@ use ft_transfer_area::transfer_area::{
 };
 use ft_transfer_area::FirmwareVersion;
 
-use crate::memory::{Area, AreaArray, AREAS};
+use crate::memory::{Area, AreaArray, Places, AREAS};
 use crate::supply::Supply;
 use commands::{ContinuedId, MotorCommand, SoundCommand};
 
@@ -198,6 +198,10 @@ impl<A: Area> Mirror<A> {
         let (array, places, known) =
             (&self.array, self.array.places(index), &mut self.known[index]);
         let mut input = area.input;
+        if self.dev_mode == DEV_MODE_ONLINE && known.config_id != Some(array.load(places.config_id))
+        {
+            keep_configured(array, places, &area.config, &mut input.uni);
+        }
         let newest = array.load(places.output);
         let mut done = ([false; 4], [false; 4]);
         for i in 0..4 {
@@ -359,6 +363,22 @@ impl InputFields {
     /// Sets one of four flags. Only the program sets it back.
     fn set_flag<A: Area>(&self, array: &AreaArray<A>, flags: *mut u16, index: usize) {
         array.store(flags.wrapping_add(index), 1);
+    }
+}
+
+/// Keeps the program's values of inputs whose configuration is still to be sent: what a response has measured there is
+/// of another kind. `ftMscLib` sets them 0.
+fn keep_configured<A: Area>(
+    array: &AreaArray<A>,
+    places: Places,
+    sent: &Config,
+    values: &mut PerInput<i16>,
+) {
+    let (config, before) = (array.load(places.config), array.load(places.input));
+    for (i, value) in values.iter_mut().enumerate() {
+        if config.uni[i] != sent.uni[i] {
+            *value = before.uni[i];
+        }
     }
 }
 

@@ -177,6 +177,28 @@ fn a_command_without_a_distance_is_reached_on_a_txt() {
     assert_eq!(motor.receive_on_txt(2, 2), (2, true), "a distance");
 }
 
+/// For `ftMscLib`, which sets the value 0 with the configuration.
+#[test]
+fn an_input_has_no_value_of_its_mode_before() {
+    let array = Arc::new(AreaArray::<crate::memory::Ta>::new());
+    let mut mirror = Mirror::new(Arc::clone(&array), DEV_MODE_ONLINE);
+    let mut areas = vec![FishX1Transfer::default(); AREAS];
+    mirror.begin(&areas);
+    mirror.put_out(&mut areas);
+    let places = array.places(1);
+    let mut config = array.load(places.config);
+    config.uni[2] = UniConfig::analog(InputMode::Ultrasonic);
+    array.store(places.config, config);
+    array.store(places.config_id, array.load(places.config_id) + 1);
+    let mut values = |value| {
+        areas[1].input.uni[2..4].fill(value);
+        mirror.take_in(&areas, |_| {});
+        mirror.put_out(&mut areas);
+        [array.load(places.input).uni[2], array.load(places.input).uni[3]]
+    };
+    assert_eq!((values(77), values(40)), ([0, 77], [40, 40]));
+}
+
 #[test]
 fn the_firmware_is_in_the_places_where_programs_read_it() {
     let array = Arc::new(AreaArray::<crate::memory::Ta>::new());
