@@ -174,11 +174,18 @@ impl Connection {
         received: usize,
         left: &mut TimeLeft,
     ) -> Result<usize, Error> {
-        match self.read(buffer, left) {
+        let read = match self.read(buffer, left) {
+            // The whole program may have been suspended beyond the limit. What has come in meanwhile is in time.
+            Err(error) if error.kind() == ErrorKind::Interrupted => {
+                self.transport.read(buffer, SHORTEST_LIMIT)
+            }
+            result => result,
+        };
+        match read {
             Ok(0) => Err(Error::ConnectionClosed { command, received }),
             Ok(count) => Ok(count),
             Err(error) => Err(match error.kind() {
-                ErrorKind::WouldBlock | ErrorKind::TimedOut => {
+                ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => {
                     Error::NoAnswer { command, limit: left.limit(), received }
                 }
                 _ => io_error(command, error, received),
@@ -186,12 +193,13 @@ impl Connection {
         }
     }
 
-    /// Reads, and tries again after each interruption.
+    /// Reads, and tries again after each interruption. Such an error means that the limit passed in one.
     fn read(&mut self, buffer: &mut [u8], left: &mut TimeLeft) -> io::Result<usize> {
+        let mut at_the_limit = ErrorKind::TimedOut;
         loop {
-            let rest = left.next(|| self.transport.now()).ok_or(ErrorKind::TimedOut)?;
+            let rest = left.next(|| self.transport.now()).ok_or(at_the_limit)?;
             match self.transport.read(buffer, rest) {
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == ErrorKind::Interrupted => at_the_limit = error.kind(),
                 result => return result,
             }
         }

@@ -28,6 +28,8 @@ pub(crate) enum Event {
     /// At most this many bytes are written.
     Room(usize),
     Error(ErrorKind),
+    /// The whole program stands still for this time, also beyond a limit; a signal ends this.
+    Suspended(Duration),
     /// The other side closes its direction.
     End,
 }
@@ -154,6 +156,10 @@ impl Transport for Scripted {
                 Ok(count)
             }
             Some(Event::Error(kind)) => Err(kind.into()),
+            Some(Event::Suspended(time)) => {
+                state.time += time;
+                Err(ErrorKind::Interrupted.into())
+            }
             Some(Event::End) => Ok(0),
             Some(Event::Room(_)) => panic!("there is no room to read"),
             None => Err(ErrorKind::WouldBlock.into()),

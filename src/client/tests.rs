@@ -7,6 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use super::i2c_line::{I2cLine, I2cSession};
+use super::limits::SHORTEST_LIMIT;
 use super::scripted::{at_once, storm, Event, Script, Scripted, ScriptedNetwork, LIMITS, NO_WAIT};
 use super::{Endpoint, TimeLimits, TxtClient, TCP};
 use crate::error::Error;
@@ -73,7 +74,24 @@ fn silence_ends_with_the_limit_for_reading() {
 
 #[test]
 fn silence_in_a_storm_of_signals_ends_with_the_limit_for_reading() {
-    assert_eq!(query(storm(), vec![]), (no_answer(0), LIMITS.read));
+    assert_eq!(query(storm(), vec![]), (no_answer(0), LIMITS.read + SHORTEST_LIMIT));
+}
+
+#[test]
+fn a_response_that_came_while_the_program_was_suspended_beyond_the_limit_is_in_time() {
+    let suspended = || Event::Suspended(ms(3_000));
+    let reads = at_once([suspended(), Event::Bytes(response())]);
+    assert_eq!(query(reads, vec![]), (Ok(()), ms(3_000)));
+    let nothing = query(at_once([suspended()]), vec![]);
+    assert_eq!(nothing, (no_answer(0), ms(3_000) + SHORTEST_LIMIT));
+    // Only what came meanwhile.
+    let part = Event::Bytes(response()[..7].to_vec());
+    let reads = vec![
+        (NO_WAIT, suspended()),
+        (NO_WAIT, part),
+        (NO_WAIT, Event::Bytes(response()[7..].to_vec())),
+    ];
+    assert_eq!(query(reads, vec![]), (no_answer(7), ms(3_000)));
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! When descriptors or threads are used up, or a world has no end, `txt` ends with a sentence.
 
+use std::io::Read;
 use std::net::TcpStream;
 use std::process::{Command, Output, Stdio};
 use std::thread;
@@ -95,15 +96,22 @@ fn a_page_that_can_t_accept_says_so_once() {
     let panel = ["panel", "127.0.0.1:9"];
     let mut limited = Command::new("sh");
     limited.args(["-c", "ulimit -n 40 && exec \"$@\"", "sh", txt]).args(panel);
-    let panel = Panel::by(limited.stderr(Stdio::piped()));
+    let mut said = tempfile::NamedTempFile::new().unwrap();
+    let panel = Panel::by(limited.stderr(said.reopen().unwrap()));
     let connections: Vec<_> =
         (0..60).map(|_| TcpStream::connect(&panel.address).unwrap()).collect();
+    let mut text = String::new();
+    while !text.contains("can't be accepted") {
+        thread::sleep(Duration::from_millis(50));
+        said.read_to_string(&mut text).unwrap();
+    }
     // It tries again every 50 ms, as long as they are open.
     thread::sleep(Duration::from_millis(500));
     panel.running.signal("INT");
     drop(connections);
-    let said = said(&panel.running.end());
-    assert_eq!(said.matches("can't be accepted").count(), 1, "{said}");
+    panel.running.end();
+    said.read_to_string(&mut text).unwrap();
+    assert_eq!(text.matches("can't be accepted").count(), 1, "{text}");
 }
 
 /// A world with this many controllers, which have nothing.

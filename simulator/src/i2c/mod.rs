@@ -28,6 +28,8 @@ pub(super) struct I2cSession {
     /// How often one has started.
     number: u64,
     state: ServerState,
+    /// Whether its port has accepted connections.
+    has_listened: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,7 +48,18 @@ pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 impl I2cSession {
     /// A new server starts.
     pub(super) fn begin(&mut self) {
-        *self = Self { number: self.number + 1, state: ServerState::Waits(Instant::now()) };
+        let state = ServerState::Waits(Instant::now());
+        *self = Self { number: self.number + 1, state, has_listened: false };
+    }
+
+    /// Its port accepts connections.
+    pub(super) fn listens(&mut self) {
+        self.has_listened = true;
+    }
+
+    /// Whether a client need not wait for it: its port has accepted connections, or it has ended.
+    pub(super) fn has_begun(self) -> bool {
+        self.has_listened || !self.is_busy()
     }
 
     /// The server ends.

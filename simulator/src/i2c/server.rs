@@ -82,10 +82,15 @@ impl I2cServer {
     pub(crate) fn run(mut self) {
         while let Ok(stream) = self.next_client() {
             self.port.shared().with_machine(Machine::i2c_client_came);
-            let end = self.serve(stream);
-            self.port.shared().with_machine(|machine| machine.i2c().client_left());
-            end.log("the I2C client");
+            let (end, link) = match Link::new(&self.port, stream) {
+                Ok(mut link) => (self.serve(&mut link), Some(link)),
+                Err(error) => (error.into(), None),
+            };
+            // The client sees its end last: it may begin the next session at once, and connect to that one's server.
             self.refuse();
+            self.port.shared().with_machine(|machine| machine.i2c().client_left());
+            drop(link);
+            end.log("the I2C client");
         }
     }
 
@@ -101,6 +106,7 @@ impl I2cServer {
                 self.port.shared().with_machine(|machine| machine.i2c().session.end());
                 continue;
             }
+            self.port.shared().with_machine(|machine| machine.i2c().session.listens());
             let deadline = waits_until(self.port.shared());
             let waits = |shared: &Shared| waits_until(shared).is_some();
             if let Some(stream) = self.port.accept_while(waits, deadline)? {
@@ -118,13 +124,9 @@ impl I2cServer {
         }
     }
 
-    fn serve(&mut self, stream: TcpStream) -> End {
-        let mut link = match Link::new(&self.port, stream) {
-            Ok(link) => link,
-            Err(error) => return error.into(),
-        };
+    fn serve(&mut self, link: &mut Link) -> End {
         loop {
-            if let Err(end) = self.serve_request(&mut link) {
+            if let Err(end) = self.serve_request(link) {
                 return end;
             }
         }
@@ -227,6 +229,7 @@ mod tests {
             write_limit: Duration::from_millis(100),
             reserved: None,
         };
-        assert!(matches!(server.serve(TcpStream::from_std(stream)), End::Unread));
+        let mut link = Link::new(&server.port, TcpStream::from_std(stream)).unwrap();
+        assert!(matches!(server.serve(&mut link), End::Unread));
     }
 }

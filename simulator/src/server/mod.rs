@@ -53,6 +53,9 @@ const AWAY: Duration = Duration::from_secs(2);
 /// How long StartOnline takes.
 const START: Duration = Duration::from_millis(520);
 
+/// How long it waits for the port of the I2C server at most.
+const I2C_START: Duration = Duration::from_secs(4);
+
 /// How long StopOnline waits for the end of the I2C server.
 const STOP: Duration = Duration::from_secs(1);
 
@@ -175,7 +178,14 @@ impl Connection<'_> {
     fn take_time(&self, id: CommandId) -> Result<(), Stopped> {
         let shared = self.server.shared();
         match id {
-            CommandId::StartOnline if self.server.takes_its_time => shared.sleep(START),
+            CommandId::StartOnline if self.server.reserved.is_some() => {
+                if self.server.takes_its_time {
+                    shared.sleep(START)?;
+                }
+                // Its client may connect at once, and its thread be late on a busy computer.
+                shared.wait_until(I2C_START, |machine| machine.i2c_session().has_begun());
+                shared.check()
+            }
             CommandId::StopOnline if self.server.takes_its_time => {
                 // A client may just have closed its I2C connection.
                 shared.wait_until(STOP, |machine| !machine.i2c_session().is_busy());

@@ -199,6 +199,12 @@ impl Page {
         }
     }
 
+    /// From now on all that comes is read and thrown away, as long as the connection is there.
+    pub(crate) fn ignore_all(&self) {
+        let mut stream = self.socket.get_ref().stream.try_clone().unwrap();
+        thread::spawn(move || io::copy(&mut stream, &mut io::sink()));
+    }
+
     /// Says that it is there without end, until the other end closes the connection or this is dropped.
     pub(crate) fn flood(&self) -> impl FnOnce() + Send {
         let mut stream = self.socket.get_ref().stream.try_clone().unwrap();
