@@ -21,8 +21,11 @@ fn recordings() -> (TempDir, String, String) {
     let (whole, damaged) = (in_folder(&folder, "whole.mcap"), in_folder(&folder, "damaged.mcap"));
     record(Path::new(&whole));
     let mut bytes = fs::read(&whole).unwrap();
-    let middle = bytes.len() / 2;
-    bytes[middle] ^= 0x55;
+    // Each chunk has the word in its head, and once more in the index at the end.
+    let heads: Vec<usize> =
+        (0..bytes.len()).filter(|at| bytes[*at..].starts_with(b"lz4")).collect();
+    let middle = heads[heads.len() / 4];
+    bytes[middle + 200] ^= 0x55;
     fs::write(&damaged, bytes).unwrap();
     (folder, whole, damaged)
 }
