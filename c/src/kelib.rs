@@ -47,8 +47,10 @@ static I2C: Mutex<Option<I2c>> = Mutex::new(None);
 /// What was said of I2C.
 static TOLD: LazyLock<Mutex<Repeated>> = LazyLock::new(Mutex::default);
 
+/// What `InitI2C` has made, until the exchange ends.
 struct I2c {
-    client: I2cClient,
+    /// `None` while it is to be taken from the program's exchange.
+    client: Option<I2cClient>,
     /// An exchange for I2C alone.
     alone: Option<Arc<ProgramSession<FishX1Transfer>>>,
 }
@@ -130,16 +132,13 @@ fn settings() -> SessionSettings {
 /// Nothing of what was in the areas stays.
 fn begin_again(session: &ProgramSession<FishX1Transfer>) -> Result<(), Error> {
     let mut i2c = I2C.lock();
-    // The controller serves one exchange at a time.
-    let for_i2c = i2c.take_if(|i2c| i2c.alone.is_some());
-    let goes_on = for_i2c.is_some();
-    drop(for_i2c);
-    session.clear();
-    session.start()?;
-    if goes_on {
-        *i2c = Some(I2c { client: session.handler().i2c()?, alone: None });
+    if let Some(i2c) = i2c.as_mut().filter(|i2c| i2c.alone.is_some()) {
+        // The controller serves one exchange at a time. The next request goes over the program's: whether there is I2C
+        // does not decide whether the exchange has begun.
+        *i2c = I2c { client: None, alone: None };
     }
-    Ok(())
+    session.clear();
+    session.start()
 }
 
 /// Calls the program's function, if there is one.
@@ -215,12 +214,12 @@ pub extern "C" fn InitI2C() -> u32 {
 
 fn connect_i2c(session: Option<&ProgramSession<FishX1Transfer>>) -> Result<I2c, Error> {
     if let Some(session) = session.filter(|session| session.is_running()) {
-        return Ok(I2c { client: session.handler().i2c()?, alone: None });
+        return Ok(I2c { client: Some(session.handler().i2c()?), alone: None });
     }
     let alone = Arc::new(ProgramSession::new(&settings(), None)?);
     alone.start()?;
     exit::watch(&alone);
-    Ok(I2c { client: alone.handler().i2c()?, alone: Some(alone) })
+    Ok(I2c { client: Some(alone.handler().i2c()?), alone: Some(alone) })
 }
 
 /// Writes to an I2C device, then reads from it. The clock is the TXT's.
@@ -264,12 +263,22 @@ pub unsafe extern "C" fn KeLibI2cTransfer(
 
 fn transfer(device: u8, write: &[u8], read: &mut [u8]) -> Result<(), u32> {
     let other = if read.is_empty() { I2C_WRITE } else { I2C_READ };
+    // Not locked during another request: ending the exchange needs it.
+    let session = SESSION.lock().clone();
     let mut i2c = I2C.lock();
-    let Some(I2c { client, .. }) = &mut *i2c else {
-        tell("I2C needs InitI2C first, also after StopTxtDownloadProg");
-        return Err(other);
+    let session = session.filter(|session| session.is_running());
+    let result = match (&mut *i2c, session) {
+        (Some(I2c { client: Some(client), .. }), _) => client.write_read(device, write, read),
+        (Some(I2c { client, .. }), Some(session)) => session
+            .handler()
+            .i2c()
+            .and_then(|first| client.insert(first).write_read(device, write, read)),
+        (Some(_), None) | (None, _) => {
+            tell("I2C needs InitI2C first, also after StopTxtDownloadProg or a start that failed");
+            return Err(other);
+        }
     };
-    match client.write_read(device, write, read) {
+    match result {
         Ok(()) => Ok(()),
         // Programs look for devices in this way.
         Err(Error::I2cNoDevice { .. }) => Err(I2C_COMMUNICATION),

@@ -13,9 +13,9 @@ use ft_transfer_area::transfer_area::{
 };
 use ft_transfer_area::FirmwareVersion;
 
-use crate::memory::{Area, AreaArray, AREAS};
+use crate::memory::{Area, AreaArray, Places, AREAS};
 use crate::supply::Supply;
-use commands::{ContinuedId, MotorCommand};
+use commands::{ContinuedId, MotorCommand, SoundCommand};
 
 /// The program runs on the controller, as far as it knows.
 pub(crate) const DEV_MODE_LOCAL: u8 = 0;
@@ -60,7 +60,7 @@ struct Known {
     config_id: Option<u8>,
     counters: [ContinuedId; 4],
     motors: [MotorCommand; 4],
-    sound: ContinuedId,
+    sound: SoundCommand,
     online: bool,
 }
 
@@ -198,18 +198,29 @@ impl<A: Area> Mirror<A> {
         let (array, places, known) =
             (&self.array, self.array.places(index), &mut self.known[index]);
         let mut input = area.input;
+        if self.dev_mode == DEV_MODE_ONLINE && known.config_id != Some(array.load(places.config_id))
+        {
+            keep_configured(array, places, &area.config, &mut input.uni);
+        }
         let newest = array.load(places.output);
         let mut done = ([false; 4], [false; 4]);
         for i in 0..4 {
             (input.cnt_reset_cmd_id[i], done.0[i]) =
                 known.counters[i].receive(input.cnt_reset_cmd_id[i], newest.cnt_reset_cmd_id[i]);
-            (input.motor_ex_cmd_id[i], done.1[i]) =
-                known.motors[i].id.receive(input.motor_ex_cmd_id[i], newest.motor_ex_cmd_id[i]);
+            let (motor, echo, newest) =
+                (&mut known.motors[i], input.motor_ex_cmd_id[i], newest.motor_ex_cmd_id[i]);
+            (input.motor_ex_cmd_id[i], done.1[i]) = match self.supply {
+                Some(_) => motor.receive_on_txt(echo, newest),
+                None => motor.id.receive(echo, newest),
+            };
             done.1[i] &= !A::REACHED_IS_A_DISTANCE || known.motors[i].has_distance();
         }
         let mut txt_inputs = area.txt_inputs;
         let id = txt_inputs.sound_cmd_id;
-        txt_inputs.sound_cmd_id = known.sound.receive(id, id).0;
+        txt_inputs.sound_cmd_id = match self.supply {
+            Some(_) => known.sound.receive_on_txt(id),
+            None => known.sound.receive(id),
+        };
 
         let fields = InputFields::of(places.input);
         let change = change(&array.load(places.input), &input);
@@ -287,7 +298,7 @@ impl<A: Area> Mirror<A> {
                 }
             }
             let mut txt_outputs = array.load(places.txt_outputs);
-            let sound = known.sound.send(txt_outputs.sound_cmd_id);
+            let sound = known.sound.send(txt_outputs.sound_cmd_id, txt_outputs.sound_index);
             txt_outputs.sound_cmd_id = sound.unwrap_or(area.txt_outputs.sound_cmd_id);
             area.txt_outputs = txt_outputs;
         }
@@ -352,6 +363,22 @@ impl InputFields {
     /// Sets one of four flags. Only the program sets it back.
     fn set_flag<A: Area>(&self, array: &AreaArray<A>, flags: *mut u16, index: usize) {
         array.store(flags.wrapping_add(index), 1);
+    }
+}
+
+/// Keeps the program's values of inputs whose configuration is still to be sent: what a response has measured there is
+/// of another kind. `ftMscLib` sets them 0.
+fn keep_configured<A: Area>(
+    array: &AreaArray<A>,
+    places: Places,
+    sent: &Config,
+    values: &mut PerInput<i16>,
+) {
+    let (config, before) = (array.load(places.config), array.load(places.input));
+    for (i, value) in values.iter_mut().enumerate() {
+        if config.uni[i] != sent.uni[i] {
+            *value = before.uni[i];
+        }
     }
 }
 

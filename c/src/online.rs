@@ -15,6 +15,8 @@ use crate::host;
 const VARIABLE: &str = "FT_TXT_TRANSFERS";
 /// The file in it with the mark of each process that has begun a transfer.
 const MARK: &str = "mark";
+/// The empty file in it that stays when the first transfer has begun.
+const BEGUN: &str = "begun";
 
 /// The marked file, and the process that has opened it: a child after `fork` opens it anew.
 static MARKED: Mutex<Option<(u32, File)>> = Mutex::new(None);
@@ -81,6 +83,7 @@ impl Note {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         let process = process::id();
         mark(process, &folder.join(MARK))?;
+        File::create(folder.join(BEGUN))?;
         loop {
             let number = NUMBER.fetch_add(1, Ordering::Relaxed);
             let path = folder.join(format!("{process}.{number}"));
@@ -163,7 +166,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         File::create_new(folder.path().join(MARK)).unwrap();
         let begin = |host| Online::with_folder(folder.path().to_str(), host);
-        let noted = || fs::read_dir(folder.path()).unwrap().count() - 1;
+        // Beside the mark and the file that says that there was a transfer.
+        let noted = || fs::read_dir(folder.path()).unwrap().count() - 2;
         for _ in 0..3 {
             drop(begin("a"));
             assert_eq!(noted(), 1);
@@ -186,7 +190,7 @@ mod tests {
         // As a session does when the next transfer takes its place.
         drop(lost);
         next.end();
-        let noted = || fs::read_dir(folder.path()).unwrap().count() - 1;
+        let noted = || fs::read_dir(folder.path()).unwrap().count() - 2;
         assert_eq!(noted(), 1);
         other.end();
         assert_eq!(noted(), 0);

@@ -1,6 +1,8 @@
 //! Several simulated TXTs whose worlds share workpieces.
 
-use std::io;
+use std::{fmt, io};
+
+use ft_transfer_area::IoError;
 
 use crate::builder::SimulatedTxtBuilder;
 use crate::error::Error;
@@ -94,9 +96,29 @@ impl SimulatedFactory {
 fn named(name: &str, error: Error) -> Error {
     match error {
         Error::NotStarted { cause } if !name.is_empty() => {
-            let cause = io::Error::new(cause.kind(), format!("{name}, {cause}"));
+            let kind = cause.kind();
+            let cause = io::Error::new(kind, Named { name: name.to_owned(), cause });
             Error::NotStarted { cause: cause.into() }
         }
         error => error,
+    }
+}
+
+/// What the operating system said of a controller.
+#[derive(Debug)]
+struct Named {
+    name: String,
+    cause: IoError,
+}
+
+impl fmt::Display for Named {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {}", self.name, self.cause)
+    }
+}
+
+impl std::error::Error for Named {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(&*self.cause)
     }
 }

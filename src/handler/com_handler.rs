@@ -43,6 +43,8 @@ const FLUSH: Duration = Duration::from_millis(100);
 ///   connection does not work any more, they may go on until the next transfer begins: the maker's firmware
 ///   4.7.0 does not stop them (measured under emulation), and whether its I/O board does is not known.
 ///   Afterwards the areas' outputs are as in that exchange.
+/// - [`std::process::exit`] drops nothing, so it sends no last exchange, and motors may go on. End the transfer
+///   before it, or return an [`ExitCode`](std::process::ExitCode) from `main`.
 /// - If the program wants it, a [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) stops the motors
 ///   when the program hangs, and a lost connection is
 ///   [re-established](crate::TransferAreaComHandlerBuilder::reconnect).

@@ -251,8 +251,8 @@ impl State {
         })
     }
 
-    /// Whether the outputs that a handle writes now count: not while they are stopped and the handle does not
-    /// know of that.
+    /// Whether the outputs count of a guard that this handle locks now: not while they are stopped and the handle does
+    /// not know of that, even if the guard is dropped later.
     fn outputs_count(&self, known: Known) -> bool {
         let goes_on = self.transfer.is_exchanging() && !self.watchdog.has_expired();
         goes_on || known.interruptions >= self.interruptions.count()
@@ -277,7 +277,7 @@ impl State {
             self.statistics.late_reactions += 1;
         }
         let counts = lease.counts_until == Some(self.interruptions.count());
-        self.hand_over.take(&lease.areas, counts);
+        self.hand_over.put_back(&lease.areas, counts);
         self.feed_watchdog();
     }
 
@@ -326,7 +326,7 @@ impl State {
     pub(crate) fn deliver(&mut self, inputs: &Inputs, config_updates: u64) -> Delivered {
         // What a thread writes that sees this response counts.
         self.transfer.resume();
-        self.hand_over.put(inputs);
+        self.hand_over.deliver(inputs);
         self.clock.step();
         let arrived = self.clock.now();
         let before = self.responses.arrive(arrived);

@@ -307,3 +307,30 @@ fn a_hook_that_panics_ends_only_its_own_transfer() {
         handler.end_transfer().unwrap();
     }
 }
+
+#[test]
+fn a_hook_that_panics_when_it_is_told_of_a_gap_ends_the_transfer_and_stays_set() {
+    let record = Record::default();
+    let noted = record.clone();
+    let txt = unpaced().fault(Fault::at_exchange(20, CLOSE));
+    let txt = txt.on_exchange(move |machine| noted.note(machine)).start().unwrap();
+    let builder = handler_for(&txt).reconnect(DEADLINE).watchdog(DEADLINE);
+    let handler = builder.build().unwrap();
+    let events = handler.areas().events(&[EventKind::TransferEnded], 9).unwrap();
+    let set = handler.set_cycle_hook(|areas| {
+        areas.expect("on purpose")[LOCAL_IO].output.duty[0] = 300;
+        Continue(())
+    });
+    set.unwrap();
+    handler.begin_transfer().unwrap();
+    let ended = events.recv_timeout(DEADLINE).expect("the panic is lost").event;
+    let panicked = Some(Error::ProgramPanicked);
+    assert!(matches!(ended, Event::TransferEnded { error, .. } if error == panicked));
+    assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
+    let after_gap = |duty: i16| record.outputs().iter().skip(21).any(|sent| sent.duty[0] == duty);
+    assert!(!after_gap(300));
+    // It is called in the next transfer, too.
+    handler.begin_transfer().unwrap();
+    wait_until(&txt, "its answer", |_| after_gap(300));
+    handler.end_transfer().unwrap();
+}

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::process::{Command, Stdio};
 use std::sync::mpsc;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::{Direction, Motor};
@@ -214,6 +214,27 @@ fn a_program_that_waits_polls_feeds_or_has_a_hook_is_left_alone() {
     assert_eq!(handler.areas().feed_watchdog(), Ok(()));
     handler.end_transfer().unwrap();
     assert_eq!(handler.areas().feed_watchdog(), Err(Error::NotStarted));
+}
+
+#[test]
+fn calls_that_only_look_are_no_sign_of_life() {
+    let mut events = None;
+    let watched = Watched::start_with(|handler| {
+        events = Some(handler.areas().events(&[EventKind::WatchdogExpired], 9).unwrap());
+    });
+    let (handler, events, begin) = (&watched.handler, events.unwrap(), Instant::now());
+    let area = handler.areas();
+    while events.try_recv().is_err() {
+        assert!(area.is_running());
+        assert_eq!(area.error(), None);
+        let _ = (area.clone().statistics(), handler.version(), handler.device_name());
+        assert!(begin.elapsed() < DEADLINE, "it never expires");
+        thread::yield_now();
+    }
+    watched.wait_until_stopped();
+    // Nor has the handle learned of it by them.
+    assert_eq!(area.feed_watchdog(), Err(EXPIRED));
+    handler.end_transfer().unwrap();
 }
 
 #[test]

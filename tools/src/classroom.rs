@@ -6,7 +6,7 @@ use ft_transfer_area::PORT;
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::panel::pages::{self, Simulated};
-use crate::{arguments, interrupt, print, web};
+use crate::{arguments, interrupt, open_files, print, web};
 
 /// How many ports each simulated TXT has.
 const PORTS: u16 = 3;
@@ -57,6 +57,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         args.pupils
     );
     let world = arguments::world(&args.world)?;
+    open_files::check(args.pupils.into());
     let mut txts = Vec::new();
     let mut ports = Vec::new();
     for pupil in 1..=args.pupils {

@@ -38,6 +38,7 @@ const UNKNOWN: &str = "unknown";
 #[command(after_help = AFTER)]
 pub(crate) struct Args {
     /// Further addresses, with or without a port
+    #[arg(value_parser = address)]
     addresses: Vec<String>,
     /// Ask only at the given addresses
     #[arg(long, requires = "addresses")]
@@ -48,6 +49,15 @@ pub(crate) struct Args {
     /// Print JSON, for scripts
     #[arg(long)]
     json: bool,
+}
+
+/// An address is not "auto", which has programs search as this command does.
+fn address(given: &str) -> Result<String, &'static str> {
+    let host = given.rsplit_once(':').map_or(given, |(host, _)| host);
+    if host.eq_ignore_ascii_case("auto") {
+        return Err("\"auto\" is no address: without any, this command asks where \"auto\" does");
+    }
+    Ok(given.to_owned())
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {

@@ -10,6 +10,7 @@ mod find;
 mod guardian;
 mod interrupt;
 mod lines;
+mod open_files;
 mod panel;
 mod print;
 mod program;

@@ -177,3 +177,14 @@ fn a_camera_is_known_when_it_is_started() {
         txt.with_machine(|machine| assert!(!machine.online() && machine.camera().is_none()));
     }
 }
+
+#[test]
+fn auto_is_no_address_and_a_sentence_says_what_asks_there() {
+    for given in ["auto", "AUTO:65000"] {
+        let output = find(&[], &[given]);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        let said = text(&output.stderr);
+        assert!(said.contains("without any, this command asks where \"auto\" does"), "{said}");
+        assert!(!said.contains("no such host"), "{said}");
+    }
+}

@@ -5,6 +5,7 @@ mod browser;
 mod camera;
 mod classroom;
 mod compare;
+mod damaged;
 mod ending;
 mod examples;
 mod find;

@@ -164,8 +164,8 @@ fn a_table_that_fails_tells_on_which_side() {
         ["run.mcap", "damaged.mcap", "run.csv"].map(|name| in_folder(&folder, name));
     record(&path, None, 1);
     let mut bytes = fs::read(&path).unwrap();
-    let chunk = bytes.windows(3).position(|part| part == b"lz4").unwrap();
-    bytes[chunk + 200] ^= 0x55;
+    let head = bytes.windows(9).position(|part| part == b"recording").unwrap();
+    bytes[head] ^= 0x55;
     fs::write(&damaged, bytes).unwrap();
     for to in [&["-o", &table][..], &[]] {
         let output = run(&[&["csv", &damaged, "I1"], to].concat());

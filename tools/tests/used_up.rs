@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use crate::panel::program::Panel;
 use crate::recording::{in_folder, said};
+use crate::running::Running;
 
 /// Runs `txt` in a shell that has done this before.
 fn after(set_up: &str, args: &[&str]) -> Output {
@@ -111,4 +112,49 @@ fn a_page_that_can_t_accept_says_so_once() {
     panel.running.end();
     said.read_to_string(&mut text).unwrap();
     assert_eq!(text.matches("can't be accepted").count(), 1, "{text}");
+}
+
+/// A world with this many controllers, which have nothing.
+fn factory_of(folder: &tempfile::TempDir, controllers: usize) -> String {
+    let path = in_folder(folder, "many.toml");
+    let one = |number| format!("[[controllers]]\nname = \"c{number}\"\n");
+    std::fs::write(&path, (0..controllers).map(one).collect::<String>()).unwrap();
+    path
+}
+
+#[cfg_attr(not(target_os = "linux"), ignore = "how many files a program has open differs")]
+#[test]
+fn with_too_few_files_for_many_controllers_it_says_how_many_are_needed() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = factory_of(&folder, 100);
+    let args = ["simulate", "--port", "0", "--world", &world];
+    let output = after("ulimit -n 256", &args);
+    let said = said(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("100 controllers with their clients need 1264 open files"), "{said}");
+    assert!(said.contains("256 are allowed here: enter `ulimit -n 1264` first"), "{said}");
+    // The error itself, too.
+    assert!(said.contains("raise the limit (ulimit -n)"), "{said}");
+}
+
+#[cfg_attr(not(target_os = "linux"), ignore = "how many files a program has open differs")]
+#[test]
+fn with_as_many_files_as_it_says_all_controllers_serve_a_client_at_each_port() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = factory_of(&folder, 20);
+    let mut limited = Command::new("sh");
+    let script = "ulimit -n 304 && exec \"$0\" simulate --port 0 --world \"$1\"";
+    limited.args(["-c", script, env!("CARGO_BIN_EXE_txt"), &world]);
+    let running = Running::start(limited.stdin(Stdio::piped()).stderr(Stdio::piped()));
+    let mut clients = Vec::new();
+    for _ in 0..60 {
+        let line = running.line();
+        let address = line.rsplit(' ').next().unwrap().to_owned();
+        // The camera's port refuses clients until it is started.
+        clients.extend(TcpStream::connect(address));
+    }
+    assert!(clients.len() >= 20, "{}", clients.len());
+    running.signal("INT");
+    let said = said(&running.end());
+    assert!(!said.contains("open files"), "{said}");
 }

@@ -1,5 +1,7 @@
 //! The commands of a program: their ids, and what becomes of a motor's after a pause.
 
+use std::mem;
+
 /// The command id of one counter, motor or sound.
 ///
 /// A program begins to count where it likes, and a controller remembers the last id of the program before.
@@ -64,6 +66,49 @@ impl ContinuedId {
     }
 }
 
+/// The command of a sound.
+#[derive(Clone, Copy, Default)]
+pub(super) struct SoundCommand {
+    pub(super) id: ContinuedId,
+    /// Perhaps: a file that does not exist counts, too.
+    plays: bool,
+    /// Whether the last command has ended a sound while none played.
+    is_idle: bool,
+}
+
+impl SoundCommand {
+    /// A transfer begins, as in [`ContinuedId::begin`].
+    pub(super) fn begin(&mut self, given: u16, echo: u16) {
+        *self = Self { id: self.id, ..Self::default() };
+        self.id.begin(given, echo);
+    }
+
+    /// Takes the program's command; returns the id to send.
+    pub(super) fn send(&mut self, id: u16, index: u16) -> Option<u16> {
+        if self.id.is_new(id) {
+            self.is_idle = index == 0 && !self.plays;
+            self.plays = index != 0;
+        }
+        self.id.send(id)
+    }
+
+    /// The program's view of an id that came back.
+    pub(super) fn receive(&mut self, echo: u16) -> u16 {
+        let (received, is_done) = self.id.receive(echo, self.id.sent);
+        self.plays &= !is_done;
+        received
+    }
+
+    /// The same for a program on a TXT, which never has an answer when it ends a sound while none plays. This library's
+    /// handler reports that as done.
+    pub(super) fn receive_on_txt(&mut self, echo: u16) -> u16 {
+        match self.is_idle {
+            true => self.id.received,
+            false => self.receive(echo),
+        }
+    }
+}
+
 /// A `master` above this one makes the distance an error that is injected.
 const LAST_MASTER: u8 = 4;
 
@@ -73,6 +118,8 @@ pub(super) struct MotorCommand {
     pub(super) id: ContinuedId,
     /// How far it goes; 0 is without end.
     distance: u16,
+    /// Whether no response has come since a command without a distance.
+    is_fresh: bool,
     after_pause: AfterPause,
 }
 
@@ -100,9 +147,20 @@ impl MotorCommand {
         if self.id.is_new(id) {
             self.distance = if master > LAST_MASTER { 0 } else { distance };
             self.after_pause = AfterPause::AsBefore;
+            self.is_fresh = self.distance == 0;
         }
         let is_rest = self.after_pause == AfterPause::Rest;
         (self.id.send(id), if is_rest { self.distance } else { distance })
+    }
+
+    /// As [`ContinuedId::receive`], for a program on a TXT: a command without a distance is done with the second response
+    /// after it, not the first. Published programs end a distance by such a command, wait for 10 ms, as long as a cycle,
+    /// and command the next distance: its flag must not be set by the first command.
+    pub(super) fn receive_on_txt(&mut self, echo: u16, newest: u16) -> (u16, bool) {
+        match mem::take(&mut self.is_fresh) {
+            true => (self.id.received, false),
+            false => self.id.receive(echo, newest),
+        }
     }
 
     /// Whether it has a target: neither without end, nor with an error that is injected.

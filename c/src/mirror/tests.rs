@@ -144,6 +144,62 @@ fn a_distance_of_0_is_reached_by_programs_for_the_txt_only() {
 }
 
 #[test]
+fn the_end_of_a_distance_is_not_taken_for_the_next_one_on_a_txt() {
+    let array = Arc::new(AreaArray::<FishX1Transfer>::new());
+    let mut mirror = Mirror::on_txt(Arc::clone(&array));
+    let mut areas = vec![FishX1Transfer::default(); AREAS];
+    mirror.begin(&areas);
+    let places = array.places(0);
+    let command = |id, distance| {
+        let mut output = array.load(places.output);
+        (output.motor_ex_cmd_id[0], output.distance[0]) = (id, distance);
+        array.store(places.output, output);
+    };
+    let mut exchange = |done| {
+        mirror.put_out(&mut areas);
+        areas[0].input.motor_ex_cmd_id[0] = done;
+        mirror.take_in(&areas, |_| {});
+        array.load(places.input).motor_ex_reached[0]
+    };
+    command(1, 0);
+    assert_eq!(exchange(1), 0, "the program waits for a cycle");
+    command(2, 100);
+    assert_eq!((exchange(1), exchange(1), exchange(2)), (0, 0, 1));
+}
+
+#[test]
+fn a_command_without_a_distance_is_reached_on_a_txt() {
+    let mut motor = MotorCommand::default();
+    motor.begin(0, 0);
+    assert_eq!(motor.send(1, 0, 0), (Some(1), 0));
+    assert_eq!([motor.receive_on_txt(1, 1), motor.receive_on_txt(1, 1)], [(0, false), (1, true)]);
+    assert_eq!(motor.send(2, 0, 40), (Some(2), 40));
+    assert_eq!(motor.receive_on_txt(2, 2), (2, true), "a distance");
+}
+
+/// For `ftMscLib`, which sets the value 0 with the configuration.
+#[test]
+fn an_input_has_no_value_of_its_mode_before() {
+    let array = Arc::new(AreaArray::<crate::memory::Ta>::new());
+    let mut mirror = Mirror::new(Arc::clone(&array), DEV_MODE_ONLINE);
+    let mut areas = vec![FishX1Transfer::default(); AREAS];
+    mirror.begin(&areas);
+    mirror.put_out(&mut areas);
+    let places = array.places(1);
+    let mut config = array.load(places.config);
+    config.uni[2] = UniConfig::analog(InputMode::Ultrasonic);
+    array.store(places.config, config);
+    array.store(places.config_id, array.load(places.config_id) + 1);
+    let mut values = |value| {
+        areas[1].input.uni[2..4].fill(value);
+        mirror.take_in(&areas, |_| {});
+        mirror.put_out(&mut areas);
+        [array.load(places.input).uni[2], array.load(places.input).uni[3]]
+    };
+    assert_eq!((values(77), values(40)), ([0, 77], [40, 40]));
+}
+
+#[test]
 fn the_firmware_is_in_the_places_where_programs_read_it() {
     let array = Arc::new(AreaArray::<crate::memory::Ta>::new());
     let mirror = Mirror::new(Arc::clone(&array), DEV_MODE_LOCAL);

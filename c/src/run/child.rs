@@ -70,8 +70,8 @@ pub(crate) fn run(
     let (status, word) = end_of(&name, program.entry, status);
     let forks = end_forks(&program.path).then(|| format!("what {name} has left running was ended"));
     let stopped = stop_left(&online, target);
-    // All that it began has ended by its own last exchange.
-    let is_off = stopped.is_empty() && !was_left;
+    // All that it began has ended by its own last exchange. Without a transfer nobody knows what the outputs do.
+    let is_off = online.has_begun() && stopped.is_empty() && !was_left;
     let word =
         word.map(|word| if is_crash && is_off { word + "; all outputs are off" } else { word });
     let words = word.into_iter().chain(forks).chain(stopped).collect();

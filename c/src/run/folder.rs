@@ -1,10 +1,13 @@
 //! The folder in which a program is compiled. It goes with this process; what one that was killed has left, the next one
 //! removes.
 
-use std::io;
+use std::io::{self, ErrorKind};
 use std::path::Path;
+use std::{env, fs};
 
 use tempfile::TempDir;
+
+use crate::Sentence;
 
 const PREFIX: &str = "tx_run";
 
@@ -15,7 +18,14 @@ pub(crate) struct BuildFolder {
 }
 
 impl BuildFolder {
-    pub(crate) fn new() -> io::Result<Self> {
+    pub(crate) fn new() -> Result<Self, Sentence> {
+        Self::make().map_err(|error| {
+            let folder = env::temp_dir();
+            format!("no folder can be made in {}: {error}{}", folder.display(), remedy()).into()
+        })
+    }
+
+    fn make() -> io::Result<Self> {
         #[cfg(unix)]
         unix::remove_left();
         let folder = tempfile::Builder::new().prefix(PREFIX).tempdir()?;
@@ -28,6 +38,41 @@ impl BuildFolder {
 
     pub(crate) fn path(&self) -> &Path {
         self.folder.path()
+    }
+
+    /// The error, with the place where room is missing if that is why: compilers say it of their own files only.
+    pub(crate) fn with_its_fault(&self, error: Sentence) -> Sentence {
+        match self.fault() {
+            Some(fault) => {
+                let folder = env::temp_dir();
+                format!("{error:#}; {} has no room left: {fault}{}", folder.display(), remedy())
+                    .into()
+            }
+            None => error,
+        }
+    }
+
+    /// Why nothing more can be written here.
+    fn fault(&self) -> Option<io::Error> {
+        /// Less than what any source is compiled to.
+        static ROOM: [u8; 64 << 10] = [0; 64 << 10];
+        let path = self.path().join("room");
+        let written = fs::write(&path, ROOM);
+        // It goes with the folder.
+        let _ = fs::remove_file(path);
+        let is_full = |error: &io::Error| {
+            matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
+        };
+        written.err().filter(is_full)
+    }
+}
+
+/// What helps where no room is.
+fn remedy() -> &'static str {
+    if cfg!(windows) {
+        "; make room, or name another folder in the variable TMP"
+    } else {
+        "; make room, or name another folder in the variable TMPDIR"
     }
 }
 

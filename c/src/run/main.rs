@@ -42,6 +42,7 @@ use std::error::Error;
 use std::io::{self, Write};
 use std::process::{self, ExitCode};
 
+use child::Ended;
 use env_logger::Env;
 use folder::BuildFolder;
 use options::{Options, HELP};
@@ -90,6 +91,15 @@ fn main() -> ExitCode {
 fn run(options: &Options) -> Result<i32, Sentence> {
     signals::take_up()?;
     let build = BuildFolder::new()?;
+    let ended = run_in(&build, options).map_err(|error| build.with_its_fault(error))?;
+    // Nothing is left to do when nobody reads the last words.
+    drop(build);
+    ended.words.iter().for_each(|word| say(word));
+    Ok(ended.status)
+}
+
+/// Compiles the program in this folder, and runs it.
+fn run_in(build: &BuildFolder, options: &Options) -> Result<Ended, Sentence> {
     let program = program::build(options, build.path())?;
     let target = target::Target::new(options)?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -99,9 +109,5 @@ fn run(options: &Options) -> Result<i32, Sentence> {
     let ended = child::run(&program, &target, &options.arguments, build.path());
     #[cfg(unix)]
     terminal::put_back();
-    let ended = ended?;
-    // Nothing is left to do when nobody reads the last words.
-    drop((target, build));
-    ended.words.iter().for_each(|word| say(word));
-    Ok(ended.status)
+    ended
 }

@@ -14,6 +14,8 @@ use crate::stop;
 pub(crate) const VARIABLE: &str = "FT_TXT_TRANSFERS";
 /// The file in it that the library marks as long as its process lives.
 const MARK: &str = "mark";
+/// The file in it that the library makes when the first transfer begins.
+const BEGUN: &str = "begun";
 
 /// What the program and its children write down.
 pub(crate) struct Online {
@@ -29,6 +31,11 @@ impl Online {
         fs::create_dir(&folder)?;
         let mark = File::create_new(folder.join(MARK))?;
         Ok(Self { folder, mark })
+    }
+
+    /// Whether the program has begun a transfer.
+    pub(crate) fn has_begun(&self) -> bool {
+        self.folder.join(BEGUN).exists()
     }
 
     /// The files of transfers that have begun and not ended, with their hosts.

@@ -328,6 +328,39 @@ fn i2c_devices_are_read_and_written() {
 }
 
 #[test]
+fn an_exchange_begins_also_without_i2c_which_goes_on_when_it_is_there() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let port = txt.address().port();
+    let mut running = Running::with(program, &txt, &["start after I2C"]);
+    running.expect("0");
+    drop(txt);
+    // Nobody is at the port where the program looks for I2C.
+    let without_i2c = simulated().port(port).camera_port(0).i2c_port(0).start().unwrap();
+    running.signal(libc::SIGUSR1);
+    running.expect("0 1 1703");
+    drop(without_i2c);
+    running.signal(libc::SIGUSR1);
+    running.expect("1C04 0 1703");
+    let txt = simulated().port(port).start().unwrap();
+    running.signal(libc::SIGUSR1);
+    // The device is missing, as an I2C port has said.
+    running.expect("0 1 170F");
+    running.end().well();
+    wait_offline(&txt);
+}
+
+#[test]
+fn to_end_a_sound_is_answered_only_if_one_plays() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let running = Running::with(program, &txt, &["end sounds"]);
+    let ended = running.end();
+    ended.well();
+    assert_eq!(ended.out, "0 0\n");
+}
+
+#[test]
 fn a_controller_that_is_not_there_is_an_error() {
     let Some(program) = program() else { return };
     for host in ["127.0.0.1:1", "127.0.0.1:no", "nowhere.invalid"] {

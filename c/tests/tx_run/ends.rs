@@ -538,3 +538,51 @@ fn ctrl_c_ends_a_program_whose_world_is_still_being_opened() {
     let ended = run.end();
     ended.badly("ended by Ctrl-C while the world was opened");
 }
+
+/// A program with this text, which needs no controller.
+fn run_text(folder: &Path, text: &str, set_up: impl FnOnce(&mut Command)) -> Ended {
+    let path = folder.join("alone.c");
+    fs::write(&path, text).unwrap();
+    let mut command = tx_run(&[path.to_str().unwrap()]);
+    set_up(&mut command);
+    Run::start(&mut command).end()
+}
+
+#[test]
+fn nothing_is_said_of_outputs_that_no_transfer_has_switched() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let text = "#include <stdlib.h>\nint main(void) { abort(); }\n";
+    let ended = run_text(folder.path(), text, |_| {});
+    ended.badly("alone was ended by SIGABRT (abort)");
+    assert!(!ended.err.contains("outputs"), "{}", ended.err);
+}
+
+/// Needs a file system of its own, which only root may make, or a user in a name space where the system allows it.
+#[cfg_attr(not(target_os = "linux"), ignore = "only Linux has such name spaces")]
+#[test]
+fn a_full_folder_for_temporary_files_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let full = folder.path().join("full");
+    fs::create_dir(&full).unwrap();
+    let in_space = |size: &str, program: &str| {
+        let mut command = Command::new("unshare");
+        let script = format!("mount -t tmpfs -o size={size} none \"$1\" && shift && {program}");
+        command.args(["-rm", "sh", "-c", &script, "sh"]).arg(&full);
+        command
+    };
+    if !in_space("4k", "true").status().is_ok_and(|status| status.success()) || !has_compiler() {
+        return eprintln!("skipped: no file system can be mounted here");
+    }
+    // Where the headers have no room, and where the program has none.
+    for size in ["4k", "40k", "400k"] {
+        let mut command = in_space(size, "exec \"$@\"");
+        command.arg(env!("CARGO_BIN_EXE_tx_run")).arg(program("ends.c")).env("TMPDIR", &full);
+        command.env("XDG_CACHE_HOME", cache()).env("HOME", cache()).env("CFLAGS", "-w -DCODE=1");
+        let ended = Run::start(&mut command).end();
+        ended.badly(full.to_str().unwrap());
+        ended.badly("make room, or name another folder in the variable TMPDIR");
+    }
+}

@@ -13,6 +13,7 @@ mod hook;
 mod hook_ends;
 mod state;
 mod transfers;
+mod waits;
 mod watchdog;
 
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -51,7 +51,7 @@ impl HandOver {
 
     /// Takes the areas as a guard leaves them; the outputs only if they count. Commands that are refused by
     /// this are never reported as done.
-    pub(crate) fn take(&mut self, areas: &[FishX1Transfer], outputs_count: bool) {
+    pub(crate) fn put_back(&mut self, areas: &[FishX1Transfer], outputs_count: bool) {
         if !outputs_count {
             let ids = self.ids_of_guard.unwrap_or_else(|| CommandIds::of(&self.outgoing));
             self.unfinished.refuse(&ids, areas, &self.outgoing, &mut self.incoming);
@@ -90,7 +90,7 @@ impl HandOver {
     }
 
     /// Takes the inputs of a response.
-    pub(crate) fn put(&mut self, inputs: &Inputs) {
+    pub(crate) fn deliver(&mut self, inputs: &Inputs) {
         self.incoming.clone_from(inputs);
         // Stopping the outputs leaves silence, too; a sound that was cut off is hidden afterwards.
         self.incoming.finish_silence();
@@ -123,22 +123,22 @@ mod tests {
         (HandOver::new(&areas), areas)
     }
 
-    fn put(hand_over: &mut HandOver, first_input: i16) {
+    fn deliver(hand_over: &mut HandOver, first_input: i16) {
         let mut inputs = Inputs::default();
         let uni = [first_input; 8];
         inputs.take_simple(ExchangeDataResponse { uni, ..Default::default() });
-        hand_over.put(&inputs);
+        hand_over.deliver(&inputs);
     }
 
     #[test]
     fn a_guard_finds_the_newest_inputs_and_leaves_outputs() {
         let (mut hand_over, mut areas) = hand_over();
-        put(&mut hand_over, 1);
-        put(&mut hand_over, 2);
+        deliver(&mut hand_over, 1);
+        deliver(&mut hand_over, 2);
         hand_over.bring_up_to_date(&mut areas, Duration::from_millis(1234));
         assert_eq!((areas[0].input.uni[0], areas[0].timer.timer_1ms), (2, 1234));
         areas[0].output.duty[0] = 512;
-        hand_over.take(&areas, true);
+        hand_over.put_back(&areas, true);
         assert_eq!(hand_over.outgoing(), [Outgoing::from(&areas[0])]);
     }
 
@@ -148,7 +148,7 @@ mod tests {
         areas[0].output.duty[0] = 512;
         areas[0].txt_outputs.sound_cmd_id = 1;
         areas[0].state.config_id = 2;
-        hand_over.take(&areas, false);
+        hand_over.put_back(&areas, false);
         assert_eq!(hand_over.outgoing()[0].output.duty[0], 0);
         assert_eq!(hand_over.outgoing()[0].txt_outputs.sound_cmd_id, 0);
         assert_eq!(hand_over.outgoing()[0].state.config_id, 2);
@@ -162,7 +162,7 @@ mod tests {
         exchange.request_of(areas, &mut Vec::new()).unwrap();
         let mut response = Vec::new();
         ExchangeDataResponse::default().emit(&mut response);
-        hand_over.put(exchange.receive(&response).unwrap());
+        hand_over.deliver(exchange.receive(&response).unwrap());
         hand_over.incoming().area(0).unwrap().sound_command_id
     }
 
@@ -170,12 +170,12 @@ mod tests {
     fn silence_is_done_when_it_is_answered_but_a_sound_that_was_cut_off_is_not() {
         let (mut hand_over, mut areas) = hand_over();
         areas[0].txt_outputs.sound_cmd_id = 1;
-        hand_over.take(&areas, true);
+        hand_over.put_back(&areas, true);
         // It was not sent yet.
         assert_eq!(done_sound(&mut hand_over, &[FishX1Transfer::default()]), 0);
         assert_eq!(done_sound(&mut hand_over, &areas), 1);
         (areas[0].txt_outputs.sound_cmd_id, areas[0].txt_outputs.sound_index) = (2, 3);
-        hand_over.take(&areas, true);
+        hand_over.put_back(&areas, true);
         assert_eq!(done_sound(&mut hand_over, &areas), 0);
         hand_over.stop(Cut::Connection);
         let stopped = hand_over.outgoing().to_vec();
@@ -186,7 +186,7 @@ mod tests {
     #[test]
     fn writes_before_a_panic_are_undone() {
         let (mut hand_over, mut areas) = hand_over();
-        put(&mut hand_over, 1);
+        deliver(&mut hand_over, 1);
         hand_over.bring_up_to_date(&mut areas, Duration::ZERO);
         areas[0].state.config_id = 9;
         areas[0].input.uni[0] = 99;
@@ -199,10 +199,10 @@ mod tests {
     fn stopped_outputs_reach_the_areas_and_an_older_guard_does_not_undo_that() {
         let (mut hand_over, mut areas) = hand_over();
         areas[0].output.duty[0] = 512;
-        hand_over.take(&areas, true);
+        hand_over.put_back(&areas, true);
         hand_over.stop(Cut::Connection);
         assert_eq!(hand_over.outgoing()[0].output.duty[0], 0);
-        hand_over.take(&areas, false);
+        hand_over.put_back(&areas, false);
         hand_over.bring_up_to_date(&mut areas, Duration::ZERO);
         assert_eq!(areas[0].output.duty[0], 0);
     }

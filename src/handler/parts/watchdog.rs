@@ -41,7 +41,7 @@ impl Watchdog {
         self.fed = self.fed.max(time);
     }
 
-    /// The program knows of the interruption with this number, or a later one, and goes on.
+    /// A first handle knows of the interruption with this number, or a later one: the outputs of all handles count again.
     pub(crate) fn acknowledge(&mut self, number: u64, now: Instant) {
         if self.expired.is_some_and(|expired| expired <= number) {
             self.start(now);

@@ -43,7 +43,8 @@ use crate::terminals::Motor;
 /// # When outputs count
 ///
 /// The end of a transfer, a lost connection and the watchdog set all outputs to 0. From then on, until
-/// the exchange goes on, what is written through a handle counts only if the handle knows of this:
+/// the exchange goes on, or after the watchdog until one handle knows, what is written through a handle counts only if
+/// the handle knows of this:
 ///
 /// - by an error from any of its calls that wait, or from [`feed_watchdog`](Self::feed_watchdog),
 /// - by `false` from [`is_running`](Self::is_running), or any call of [`error`](Self::error) after the end,

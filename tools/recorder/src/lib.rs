@@ -12,6 +12,7 @@
 //! | compare two of them | [`Cycle::values`] |
 
 mod column;
+mod damage;
 mod error;
 mod feed;
 mod format;
@@ -19,9 +20,11 @@ mod part;
 mod reader;
 mod recorder;
 mod records;
+mod source;
 mod writer;
 
 pub use column::Column;
+pub use damage::Damage;
 pub use error::Error;
 pub use feed::Feed;
 pub use format::{Failure, FailureKind, RecordedEvent, Transfer};

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
@@ -11,19 +12,21 @@ use ft_transfer_area::FishX1Transfer;
 use mcap::records::op;
 use serde::de::DeserializeOwned;
 
+use crate::damage::Damage;
 use crate::error::Error;
 use crate::format::{
     topic, CycleMessage, ImageMessage, RecordedEvent, Transfer, CAMERA, CYCLE, EVENTS, FORMAT,
     HEAD, HEAD_FORMAT, HEAD_STARTED, PROFILE, TRANSFER,
 };
 use crate::part::{self, parts, Part};
-use crate::records::{self, Problem, Records};
+use crate::records::{self, Found, Records};
 
 /// A recording, read from its beginning to its end.
 ///
 /// It is an iterator over its entries, in the order in which they were recorded, and needs little memory however
 /// long the recording is. A file that is cut off gives what was written before, as
-/// [`is_cut_off`](Self::is_cut_off) says afterwards.
+/// [`is_cut_off`](Self::is_cut_off) says afterwards; one that is damaged gives what is right, and
+/// [`damage`](Self::damage) says what is missing.
 ///
 /// ```no_run
 /// use ft_transfer_area_recorder::{Error, Recorded, Recording};
@@ -40,7 +43,7 @@ use crate::records::{self, Problem, Records};
 /// ```
 pub struct Recording {
     path: PathBuf,
-    records: Records,
+    records: Records<File>,
     started: u64,
     parts: Vec<Part>,
     /// By the id of the channel.
@@ -48,6 +51,11 @@ pub struct Recording {
     /// The areas as of the parts that were read last.
     areas: Vec<FishX1Transfer>,
     has_cut_off: bool,
+    damage: Option<Damage>,
+    /// Whether what is damaged was looked for in the list of channels at the end of the file.
+    has_looked_at_end: bool,
+    /// Of the last entry.
+    last: Duration,
     at_end: bool,
 }
 
@@ -73,6 +81,8 @@ pub enum Recorded {
     Event(RecordedEvent),
     /// A picture of the camera: JPEG.
     Picture(Vec<u8>),
+    /// What comes next is damaged and left out. The time is that of the entry before.
+    Missing,
 }
 
 /// One cycle.
@@ -130,6 +140,9 @@ impl Recording {
             channels: HashMap::new(),
             areas: vec![FishX1Transfer::default(); MAX_AREAS],
             has_cut_off: false,
+            damage: None,
+            has_looked_at_end: false,
+            last: Duration::ZERO,
             at_end: false,
         };
         recording.read_head()?;
@@ -147,14 +160,19 @@ impl Recording {
         self.has_cut_off
     }
 
+    /// What is missing until now because the file is damaged. All of it is known when the iterator has ended.
+    pub fn damage(&self) -> Option<&Damage> {
+        self.damage.as_ref()
+    }
+
     fn read_head(&mut self) -> Result<(), Error> {
         let path = self.path.clone();
         let no_head = || Error::Damaged { path: path.clone(), cause: "it has no head".to_owned() };
-        let mut next = || match self.next_record() {
-            Err(Error::Damaged { .. }) => Err(Error::NotMcap { path: path.clone() }),
-            Ok(None) => Err(Error::Empty { path: path.clone() }),
-            Ok(Some(record)) => Ok(record),
-            Err(error) => Err(error),
+        let mut next = || match self.records.next() {
+            Ok(Found::Record(opcode, data)) => Ok((opcode, data)),
+            Ok(Found::Damaged { .. }) => Err(Error::NotMcap { path: path.clone() }),
+            Ok(Found::End { .. }) => Err(Error::Empty { path: path.clone() }),
+            Err(cause) => Err(Error::Read { path: path.clone(), cause }),
         };
         let (opcode, header) = next()?;
         match records::header(&header).filter(|_| opcode == op::HEADER) {
@@ -178,42 +196,83 @@ impl Recording {
         Ok(())
     }
 
-    /// The next record; `None` at the end or where the file is cut off.
-    fn next_record(&mut self) -> Result<Option<(u8, Vec<u8>)>, Error> {
-        self.records.next().or_else(|problem| match problem {
-            Problem::CutOff => {
-                self.has_cut_off = true;
-                Ok(None)
+    fn next_entry(&mut self) -> Result<Option<Entry>, Error> {
+        loop {
+            let found = self.records.next().map_err(|cause| self.unreadable(cause))?;
+            let entry = match found {
+                Found::Record(opcode, data) => self.take(opcode, &data),
+                Found::Damaged { bytes, cause } => Err((bytes, cause)),
+                Found::End { is_cut_off } => {
+                    self.has_cut_off = is_cut_off;
+                    return Ok(None);
+                }
+            };
+            match entry {
+                Ok(None) => {}
+                Ok(Some(entry)) => {
+                    self.last = entry.at;
+                    if let Some(damage) = &mut self.damage {
+                        damage.before.get_or_insert(entry.at);
+                    }
+                    return Ok(Some(entry));
+                }
+                Err((bytes, cause)) => {
+                    Damage::add(&mut self.damage, bytes, cause, self.last);
+                    return Ok(Some(Entry { at: self.last, what: Recorded::Missing }));
+                }
             }
-            Problem::Io(cause) => Err(Error::Read { path: self.path.clone(), cause }),
-            Problem::Damaged(cause) => Err(self.damaged(cause)),
+        }
+    }
+
+    /// The entry of a record, if it is one. If it makes no sense, the rest of its chunk is left out.
+    fn take(&mut self, opcode: u8, data: &[u8]) -> Result<Option<Entry>, (u64, String)> {
+        self.entry(opcode, data).map_err(|cause| match self.records.leave_chunk(cause) {
+            Found::Damaged { bytes, cause } => (bytes, cause),
+            Found::Record(..) | Found::End { .. } => (0, String::new()),
         })
     }
 
-    fn damaged(&self, cause: impl ToString) -> Error {
-        Error::Damaged { path: self.path.clone(), cause: cause.to_string() }
+    fn entry(&mut self, opcode: u8, data: &[u8]) -> Result<Option<Entry>, String> {
+        let short = "a record is shorter than it says";
+        match opcode {
+            op::CHANNEL => {
+                let (id, topic) = records::channel(data).ok_or(short)?;
+                self.channels.insert(id, self.meaning(topic));
+                Ok(None)
+            }
+            op::MESSAGE => {
+                let (id, time, message) = records::message(data).ok_or(short)?;
+                let channel = self.channel(id)?;
+                let what = self.message(channel, message)?;
+                let at = Duration::from_nanos(time.saturating_sub(self.started));
+                Ok(what.map(|what| Entry { at, what }))
+            }
+            _ => Ok(None),
+        }
     }
 
-    fn next_entry(&mut self) -> Result<Option<Entry>, Error> {
-        while let Some((opcode, data)) = self.next_record()? {
-            let short = || self.damaged("a record is shorter than it says");
-            match opcode {
-                op::CHANNEL => {
-                    let (id, topic) = records::channel(&data).ok_or_else(short)?;
-                    self.channels.insert(id, self.meaning(topic));
+    /// The channel with this id. When the part of the file is damaged that says what it is, the list at its end does.
+    fn channel(&mut self, id: u16) -> Result<Channel, String> {
+        if self.damage.is_some() && !self.has_looked_at_end && !self.channels.contains_key(&id) {
+            self.has_looked_at_end = true;
+            let listed =
+                File::open(&self.path).and_then(|file| Records::of(file).channels_at_end());
+            for record in listed.unwrap_or_default() {
+                if let Some((id, topic)) = records::channel(&record) {
+                    let meaning = self.meaning(topic);
+                    self.channels.entry(id).or_insert(meaning);
                 }
-                op::MESSAGE => {
-                    let (id, time, message) = records::message(&data).ok_or_else(short)?;
-                    let channel = self.channels.get(&id).copied().unwrap_or(Channel::Other);
-                    if let Some(what) = self.message(channel, message)? {
-                        let at = Duration::from_nanos(time.saturating_sub(self.started));
-                        return Ok(Some(Entry { at, what }));
-                    }
-                }
-                _ => {}
             }
         }
-        Ok(None)
+        match self.channels.get(&id) {
+            Some(channel) => Ok(*channel),
+            None if self.damage.is_some() => Err("what its values are is in a damaged part".into()),
+            None => Ok(Channel::Other),
+        }
+    }
+
+    fn unreadable(&self, cause: io::Error) -> Error {
+        Error::Read { path: self.path.clone(), cause }
     }
 
     fn meaning(&self, name: &str) -> Channel {
@@ -233,29 +292,24 @@ impl Recording {
     }
 
     /// Takes in a message; `None` when the entry is not complete yet, or is not for programs.
-    fn message(&mut self, channel: Channel, data: &[u8]) -> Result<Option<Recorded>, Error> {
+    fn message(&mut self, channel: Channel, data: &[u8]) -> Result<Option<Recorded>, String> {
         Ok(match channel {
             Channel::Part { area, part } => {
                 let part = &self.parts[part];
-                let numbers = part.decode(data).map_err(|error| self.damaged(error))?;
+                let numbers = part.decode(data).map_err(|error| error.to_string())?;
                 part.write(&numbers, &mut self.areas[area]);
                 None
             }
-            Channel::Cycle => Some(Recorded::Cycle(self.as_cycle(&self.parse(data)?))),
-            Channel::Transfer => Some(Recorded::Transfer(self.parse(data)?)),
-            Channel::Events => Some(Recorded::Event(self.parse(data)?)),
+            Channel::Cycle => Some(Recorded::Cycle(self.as_cycle(&parse(data)?))),
+            Channel::Transfer => Some(Recorded::Transfer(parse(data)?)),
+            Channel::Events => Some(Recorded::Event(parse(data)?)),
             Channel::Camera => {
-                let image: ImageMessage = self.parse(data)?;
-                let jpeg =
-                    BASE64_STANDARD.decode(image.data).map_err(|error| self.damaged(error))?;
+                let image: ImageMessage = parse(data)?;
+                let jpeg = BASE64_STANDARD.decode(image.data).map_err(|error| error.to_string())?;
                 Some(Recorded::Picture(jpeg))
             }
             Channel::Other => None,
         })
-    }
-
-    fn parse<T: DeserializeOwned>(&self, data: &[u8]) -> Result<T, Error> {
-        serde_json::from_slice(data).map_err(|error| self.damaged(error))
     }
 
     fn as_cycle(&self, message: &CycleMessage) -> Cycle {
@@ -271,6 +325,10 @@ impl Recording {
         let CycleMessage { cycle: number, first, lost, .. } = *message;
         Cycle { number, first: first != 0, lost, since_last, areas }
     }
+}
+
+fn parse<T: DeserializeOwned>(data: &[u8]) -> Result<T, String> {
+    serde_json::from_slice(data).map_err(|error| error.to_string())
 }
 
 impl Iterator for Recording {

@@ -1,118 +1,275 @@
 //! The records of a file. No length that a file announces is trusted: memory is taken only for what is there.
 
-use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, Read};
 
 use mcap::records::op;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::McapError;
+use mcap::MAGIC;
+
+use crate::source::Source;
 
 /// No record of a recording is longer. A chunk holds half a second, with a picture of 1280×720 in each frame.
-const LONGEST: usize = 64 << 20;
+const LONGEST: u64 = 64 << 20;
 
-/// How much is read at once, however long a record says that it is.
-const PIECE: usize = 256 << 10;
+/// Kind and length of a record.
+const RECORD_HEAD: usize = 1 + 8;
 
-/// The records of a file, one after the other, also those in chunks.
-pub(crate) struct Records {
-    file: BufReader<File>,
-    outer: LinearReader,
+/// How chunks of a recording are packed.
+const LZ4: &str = "lz4";
+
+/// The head of a chunk without this name: times, size, checksum, the length of the name, the length of what is packed.
+const CHUNK_HEAD: u64 = 8 + 8 + 8 + 4 + 4 + 8;
+
+/// How many bytes tell whether a chunk begins there.
+const TELLING: usize = RECORD_HEAD + CHUNK_HEAD as usize + LZ4.len();
+
+/// The length of the record at the end of the data.
+const DATA_END: u64 = 4;
+
+/// The records of a file, one after the other, also those in chunks. What is damaged is left out.
+pub(crate) struct Records<R> {
+    source: Source<R>,
+    place: Place,
     chunk: Chunk,
 }
 
-/// Why there is no next record.
-pub(crate) enum Problem {
-    /// The file can't be read.
-    Io(io::Error),
-    /// It ends within a record.
-    CutOff,
-    /// It is wrong in this way.
-    Damaged(String),
+/// Which part of the file is read.
+#[derive(Clone, Copy, PartialEq)]
+enum Place {
+    Beginning,
+    Data,
+    /// Behind the data, where the index is.
+    Summary,
 }
 
-impl Records {
-    pub(crate) fn of(file: File) -> Self {
-        let options =
-            LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(LONGEST);
-        let outer = LinearReader::new_with_options(options);
-        Self { file: BufReader::new(file), outer, chunk: Chunk::default() }
+/// What comes next in a file.
+pub(crate) enum Found {
+    /// A record: its kind, and what is in it.
+    Record(u8, Vec<u8>),
+    /// So many bytes can't be read, for this reason.
+    Damaged { bytes: u64, cause: String },
+    /// Nothing more.
+    End { is_cut_off: bool },
+}
+
+impl<R: Read> Records<R> {
+    pub(crate) fn of(file: R) -> Self {
+        Self { source: Source::of(file), place: Place::Beginning, chunk: Chunk::default() }
     }
 
-    /// The next record: its kind and what is in it; `None` at the end.
-    pub(crate) fn next(&mut self) -> Result<Option<(u8, Vec<u8>)>, Problem> {
+    /// The next record.
+    pub(crate) fn next(&mut self) -> io::Result<Found> {
         loop {
-            if let Some(record) = self.chunk.next()? {
-                return Ok(Some(record));
+            match self.chunk.next() {
+                Some(Ok((opcode, data))) => return Ok(Found::Record(opcode, data)),
+                Some(Err(cause)) => return Ok(self.leave_chunk(cause)),
+                None => {}
             }
             match self.next_of_file()? {
-                Some((op::CHUNK, data)) => self.chunk = Chunk::of(&data)?,
+                Found::Record(op::CHUNK, data) => match Chunk::of(&data) {
+                    Ok(chunk) => self.chunk = chunk,
+                    Err(cause) => {
+                        let bytes = (RECORD_HEAD + data.len()) as u64;
+                        return Ok(Found::Damaged { bytes, cause });
+                    }
+                },
                 other => return Ok(other),
             }
         }
     }
 
-    fn next_of_file(&mut self) -> Result<Option<(u8, Vec<u8>)>, Problem> {
+    /// Leaves out the rest of a chunk whose last record makes no sense.
+    pub(crate) fn leave_chunk(&mut self, cause: String) -> Found {
+        let chunk = std::mem::take(&mut self.chunk);
+        Found::Damaged { bytes: (chunk.data.len() - chunk.last) as u64, cause }
+    }
+
+    /// The channels that are listed behind the data.
+    pub(crate) fn channels_at_end(mut self) -> io::Result<Vec<Vec<u8>>> {
+        let mut channels = Vec::new();
         loop {
-            let wanted = match self.outer.next_event() {
-                None => return Ok(None),
-                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    return Ok(Some((opcode, data.to_vec())));
+            match self.next_of_file()? {
+                Found::Record(op::CHANNEL, data) if self.place == Place::Summary => {
+                    channels.push(data);
                 }
-                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => wanted.min(PIECE),
-                Some(Err(McapError::UnexpectedEof)) => return Err(Problem::CutOff),
-                Some(Err(error)) => return Err(Problem::Damaged(error.to_string())),
-            };
-            let read = read_some(&mut self.file, self.outer.insert(wanted));
-            self.outer.notify_read(read.map_err(Problem::Io)?);
+                Found::Record(..) | Found::Damaged { .. } => {}
+                Found::End { .. } => return Ok(channels),
+            }
         }
+    }
+
+    /// The next record that is not in a chunk, or a chunk whose head is right.
+    fn next_of_file(&mut self) -> io::Result<Found> {
+        if self.place == Place::Beginning {
+            if self.source.ready(MAGIC.len())?.len() < MAGIC.len() {
+                return Ok(Found::End { is_cut_off: true });
+            }
+            if !self.source.rest().starts_with(MAGIC) {
+                return Ok(Found::Damaged { bytes: 0, cause: "it is no MCAP file".into() });
+            }
+            self.source.skip(MAGIC.len());
+            self.place = Place::Data;
+        }
+        let head =
+            self.source.ready(RECORD_HEAD)?.get(..RECORD_HEAD).and_then(|it| Fields(it).head());
+        let Some((opcode, length)) = head else { return self.end() };
+        let whole = match usize::try_from(length) {
+            Ok(length) if length as u64 <= LONGEST => RECORD_HEAD + length,
+            _ => return self.not_read("a record is longer than any of a recording"),
+        };
+        if self.source.ready(whole)?.len() < whole {
+            return self.not_read("a record is longer than the file");
+        }
+        let data = &self.source.rest()[RECORD_HEAD..whole];
+        match self.place {
+            Place::Summary if opcode == op::FOOTER => return self.end(),
+            Place::Summary => {}
+            Place::Beginning | Place::Data => {
+                if let Some(cause) = what_is_wrong(opcode, data) {
+                    return self.search(cause);
+                }
+            }
+        }
+        let data = data.to_vec();
+        self.source.skip(whole);
+        if opcode == op::DATA_END {
+            self.place = Place::Summary;
+        }
+        Ok(Found::Record(opcode, data))
+    }
+
+    /// A record that is not there as a whole: the file is cut off, unless it goes on behind it.
+    fn not_read(&mut self, cause: &str) -> io::Result<Found> {
+        if self.place == Place::Summary {
+            return self.end();
+        }
+        self.search(cause)
+    }
+
+    /// Skips what can't be read, up to the next chunk or the end of the data.
+    fn search(&mut self, cause: &str) -> io::Result<Found> {
+        let begin = self.source.at();
+        self.place = Place::Data;
+        self.source.skip(1);
+        loop {
+            let rest = self.source.ready(TELLING)?;
+            let places = (rest.len() + 1).saturating_sub(TELLING);
+            let found = (0..places).find_map(|at| Some((at, plausible(&rest[at..])?)));
+            self.source.skip(found.map_or(places, |(at, _)| at));
+            let Some((_, length)) = found else {
+                if self.source.is_at_end() {
+                    return self.end_within(begin, cause);
+                }
+                continue;
+            };
+            if self.source.ready(length)?.len() >= length {
+                return Ok(Found::Damaged { bytes: self.source.at() - begin, cause: cause.into() });
+            }
+            self.source.skip(1);
+        }
+    }
+
+    /// The file has ended within what can't be read.
+    fn end_within(&mut self, begin: u64, cause: &str) -> io::Result<Found> {
+        self.source.skip(self.source.rest().len());
+        if !self.source.has_ended_with(MAGIC) {
+            return Ok(Found::End { is_cut_off: true });
+        }
+        self.place = Place::Summary;
+        Ok(Found::Damaged { bytes: self.source.at() - begin, cause: cause.into() })
+    }
+
+    /// Reads to the end of the file, where the index tells nothing about what was recorded.
+    fn end(&mut self) -> io::Result<Found> {
+        if self.place == Place::Summary {
+            while !self.source.ready(1)?.is_empty() {
+                self.source.skip(self.source.rest().len());
+            }
+        }
+        let is_cut_off = self.place != Place::Summary || !self.source.has_ended_with(MAGIC);
+        Ok(Found::End { is_cut_off })
     }
 }
 
-/// The records of a chunk, all of which are there and right.
+/// What is wrong with a record of the data, as far as its head tells.
+fn what_is_wrong(opcode: u8, data: &[u8]) -> Option<&'static str> {
+    let is_chunk = ChunkHead::of(data).is_some_and(|(head, _)| head.compression == LZ4);
+    match opcode {
+        op::CHUNK => {
+            ChunkHead::of(data).is_none().then_some("a chunk has another length than it says")
+        }
+        // Another kind would hide all that is in it.
+        _ if is_chunk => Some("a chunk has the kind of another record"),
+        op::DATA_END => (data.len() as u64 != DATA_END).then_some("the end of the data is damaged"),
+        op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::MESSAGE_INDEX => None,
+        op::ATTACHMENT | op::METADATA | 0x80.. => None,
+        _ => Some("a record is of no known kind"),
+    }
+}
+
+/// The length of the record that seems to begin here, if it is a chunk or the end of the data.
+fn plausible(bytes: &[u8]) -> Option<usize> {
+    let mut fields = Fields(bytes);
+    let (opcode, length) = fields.head()?;
+    let is_one = match opcode {
+        op::CHUNK if length <= LONGEST => {
+            let _times_size_and_crc = fields.bytes(8 + 8 + 8 + 4)?;
+            let name = fields.u32()?;
+            let is_known = name == 0 || name == 3 && fields.bytes(3)? == LZ4.as_bytes();
+            is_known && fields.u64()? == length.checked_sub(CHUNK_HEAD + u64::from(name))?
+        }
+        op::DATA_END => length == DATA_END,
+        _ => false,
+    };
+    is_one.then(|| RECORD_HEAD + length as usize)
+}
+
+/// The records of a chunk.
 #[derive(Default)]
 struct Chunk {
     data: Vec<u8>,
+    /// Where the last record began.
+    last: usize,
     /// Where the next record begins.
     at: usize,
 }
 
 impl Chunk {
     /// Unpacks a chunk.
-    fn of(record: &[u8]) -> Result<Self, Problem> {
-        let (head, packed) = ChunkHead::of(record)
-            .ok_or_else(|| Problem::Damaged("a chunk is shorter than it says".to_owned()))?;
-        if head.size > LONGEST as u64 {
-            return Err(Problem::Damaged("a chunk is larger than any of a recording".to_owned()));
+    fn of(record: &[u8]) -> Result<Self, String> {
+        let (head, packed) =
+            ChunkHead::of(record).ok_or("a chunk has another length than it says")?;
+        if head.size > LONGEST {
+            return Err("a chunk is larger than any of a recording".into());
         }
         let data = match head.compression {
             "" => packed.to_vec(),
-            "lz4" => unpack(packed, head.size)
-                .map_err(|error| Problem::Damaged(format!("a chunk can't be unpacked: {error}")))?,
+            LZ4 => unpack(packed, head.size)
+                .map_err(|error| format!("a chunk can't be unpacked: {error}"))?,
             other => {
-                let cause = format!("a chunk is packed with {other:?}, which is not known here");
-                return Err(Problem::Damaged(cause));
+                return Err(format!("a chunk is packed with {other:?}, which is not known here"))
             }
         };
         if data.len() as u64 != head.size {
-            return Err(Problem::Damaged("a chunk has another length than it says".to_owned()));
+            return Err("a chunk has another length than it says".into());
         }
         if head.crc != 0 && crc32fast::hash(&data) != head.crc {
-            return Err(Problem::Damaged("a chunk has a wrong checksum".to_owned()));
+            return Err("a chunk has a wrong checksum".into());
         }
-        Ok(Self { data, at: 0 })
+        Ok(Self { data, last: 0, at: 0 })
     }
 
-    fn next(&mut self) -> Result<Option<(u8, Vec<u8>)>, Problem> {
+    fn next(&mut self) -> Option<Result<(u8, Vec<u8>), String>> {
         let rest = &self.data[self.at..];
         if rest.is_empty() {
-            return Ok(None);
+            return None;
         }
+        self.last = self.at;
         let mut fields = Fields(rest);
-        let (opcode, data) = fields
-            .record()
-            .ok_or_else(|| Problem::Damaged("a record is longer than its chunk".to_owned()))?;
+        let Some((opcode, data)) = fields.record() else {
+            return Some(Err("a record is longer than its chunk".to_owned()));
+        };
         self.at = self.data.len() - fields.0.len();
-        Ok(Some((opcode, data.to_vec())))
+        Some(Ok((opcode, data.to_vec())))
     }
 }
 
@@ -132,13 +289,13 @@ struct ChunkHead<'a> {
 }
 
 impl<'a> ChunkHead<'a> {
-    /// The head of a chunk, and what is packed in it.
+    /// The head of a chunk, and what is packed in it: all that follows.
     fn of(record: &'a [u8]) -> Option<(Self, &'a [u8])> {
         let mut fields = Fields(record);
         let _times = fields.bytes(16)?;
         let (size, crc, compression) = (fields.u64()?, fields.u32()?, fields.string()?);
         let packed = fields.u64()?;
-        Some((Self { size, crc, compression }, fields.bytes(packed)?))
+        (packed == fields.0.len() as u64).then_some((Self { size, crc, compression }, fields.0))
     }
 }
 
@@ -210,19 +367,13 @@ impl<'a> Fields<'a> {
         std::str::from_utf8(self.bytes(length.into())?).ok()
     }
 
-    fn record(&mut self) -> Option<(u8, &'a [u8])> {
+    fn head(&mut self) -> Option<(u8, u64)> {
         let [opcode] = self.array()?;
-        let length = self.u64()?;
-        Some((opcode, self.bytes(length)?))
+        Some((opcode, self.u64()?))
     }
-}
 
-/// Reads at least a byte unless the file has ended.
-fn read_some(file: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
-    loop {
-        match file.read(buffer) {
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            done => return done,
-        }
+    fn record(&mut self) -> Option<(u8, &'a [u8])> {
+        let (opcode, length) = self.head()?;
+        Some((opcode, self.bytes(length)?))
     }
 }

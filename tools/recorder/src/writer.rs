@@ -41,7 +41,14 @@ pub(crate) struct Writer {
     message: Vec<u8>,
     /// Whether something was written since the last flush.
     has_news: bool,
+    /// How long the messages of the chunk are until now.
+    in_chunk: usize,
+    /// Whether the next cycle is the first one of its chunk.
+    begins_chunk: bool,
 }
+
+/// A chunk is not longer than this and one entry, however much comes in half a second.
+const CHUNK: usize = 768 << 10;
 
 /// The channel of a part of an area.
 struct PartChannel {
@@ -93,6 +100,8 @@ impl Writer {
             .profile(PROFILE)
             .library(library)
             .compression(Some(Compression::Lz4))
+            // A new one begins only between two cycles.
+            .chunk_size(None)
             .disable_seeking(true);
         let mut mcap = options.create(NoSeek::new(BufWriter::new(File::create(path)?)))?;
         let head = [
@@ -110,6 +119,8 @@ impl Writer {
             numbers: Vec::new(),
             message: Vec::new(),
             has_news: false,
+            in_chunk: 0,
+            begins_chunk: true,
         };
         for topic in [CYCLE, TRANSFER, EVENTS, STATISTICS, LOG] {
             writer.add_topic(topic)?;
@@ -147,6 +158,7 @@ impl Writer {
     fn put(&mut self, channel_id: u16, ns: u64) -> McapResult<()> {
         self.sequence = self.sequence.wrapping_add(1);
         self.has_news = true;
+        self.in_chunk += self.message.len();
         let sequence = self.sequence;
         let header = MessageHeader { channel_id, sequence, log_time: ns, publish_time: ns };
         self.mcap.write_to_known_channel(&header, &self.message)
@@ -176,6 +188,7 @@ impl Writer {
 
     /// A cycle, before which this number of entries was lost.
     pub(crate) fn cycle(&mut self, cycle: &LoggedCycle, lost: u64) -> McapResult<()> {
+        self.keep_chunk_short()?;
         self.clock.reach_back_to(cycle.arrived);
         let ns = self.clock.ns(cycle.arrived);
         if lost > 0 {
@@ -194,6 +207,7 @@ impl Writer {
             }
             self.area(area, values, ns)?;
         }
+        self.begins_chunk = false;
         let extensions = (0..MAX_EXTENSIONS)
             .filter(|extension| alive[*extension] != 0)
             .fold(0, |mask, extension| mask | 1 << extension);
@@ -209,13 +223,15 @@ impl Writer {
         self.put_json(CYCLE, cycle.arrived, &message)
     }
 
-    /// The parts of an area, those that have not changed only if they are in every cycle.
+    /// The parts of an area, those that have not changed only if they are in every cycle, or if they may be needed to
+    /// read this chunk without those before it.
     fn area(&mut self, area: usize, values: &FishX1Transfer, ns: u64) -> McapResult<()> {
         for index in 0..self.parts.len() {
             let part = &self.parts[index];
             part.read(values, &mut self.numbers);
             let channel = &mut self.channels[area][index];
-            if !part.each_cycle && channel.last == self.numbers {
+            let is_needed = part.each_cycle || self.begins_chunk;
+            if !is_needed && channel.last == self.numbers {
                 continue;
             }
             channel.last.clone_from(&self.numbers);
@@ -333,6 +349,7 @@ impl Writer {
                 return self.put_log(frame.arrived, WARNING, text).map(|()| false);
             }
         };
+        self.keep_chunk_short()?;
         let image = ImageMessage {
             timestamp: Timestamp::new(self.clock.ns(frame.arrived)),
             frame_id: "camera".to_owned(),
@@ -342,9 +359,17 @@ impl Writer {
         self.put_json(CAMERA, frame.arrived, &image).map(|()| true)
     }
 
-    /// Hands everything to the operating system.
+    fn keep_chunk_short(&mut self) -> McapResult<()> {
+        if self.in_chunk > CHUNK {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Hands everything to the operating system, and begins a new chunk.
     pub(crate) fn flush(&mut self) -> McapResult<()> {
         if std::mem::take(&mut self.has_news) {
+            (self.in_chunk, self.begins_chunk) = (0, true);
             self.mcap.flush()?;
         }
         Ok(())

@@ -1,6 +1,7 @@
 //! Recordings, written and read, in one program of tests.
 
 mod announced;
+mod damaged;
 mod layouts;
 mod python;
 mod recording;

@@ -289,12 +289,6 @@ fn what_is_no_recording_is_told_in_a_sentence() {
     newer[at + 10] = b'2';
     let newer = sentence(&write("newer", &newer));
     assert!(newer.contains("has format 2, and this program knows formats up to 1"), "{newer}");
-
-    // A byte in the middle of the data.
-    let mut damaged = whole.clone();
-    damaged[whole.len() / 2] ^= 0x55;
-    let found = read(&write("damaged", &damaged));
-    assert!(!matches!(found, Err(Error::Read { .. })), "{found:?}");
 }
 
 /// Whatever a file says, reading it ends, without a panic.
@@ -305,15 +299,22 @@ fn no_damage_is_more_than_an_error() {
     record(&path, 30);
     let whole = fs::read(&path).unwrap();
     let damaged = folder.path().join("damaged.mcap");
-    let mut errors = 0;
+    let (mut errors, mut damages) = (0, 0);
     for place in 0..150 {
         let mut bytes = whole.clone();
         let at = place * whole.len() / 150;
         bytes[at] = bytes[at].wrapping_add(1 | place as u8);
         fs::write(&damaged, &bytes).unwrap();
-        errors += usize::from(read(&damaged).is_err());
+        match Recording::open(&damaged) {
+            // Only what is wrong at the beginning.
+            Err(_) => errors += 1,
+            Ok(mut recording) => {
+                recording.by_ref().for_each(|entry| drop(entry.unwrap()));
+                damages += usize::from(recording.damage().is_some());
+            }
+        }
     }
-    assert!(errors > 40, "{errors}");
+    assert!(errors < 20 && damages > 40, "{errors}, {damages}");
 }
 
 /// A pipe that nobody reads is a disk that is too slow.

@@ -8,6 +8,7 @@ use anyhow::Context;
 use ft_transfer_area_recorder::{Column, Recorded, Recording};
 
 use super::survey::{progress, Survey};
+use super::whole::say_what_is_missing;
 
 const AFTER_HELP: &str = "\
 One line for each cycle: the time in seconds since the beginning, the number of the cycle, and the
@@ -41,10 +42,8 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         None => write(recording, &columns, io::stdout().lock()),
     };
     match (done, &args.output) {
-        (Ok(is_cut_off), _) => {
-            if is_cut_off {
-                eprintln!("{} is cut off; this is what was written before", args.file.display());
-            }
+        (Ok(recording), _) => {
+            say_what_is_missing(&recording, &args.file, "; this is what was written before");
             Ok(())
         }
         // The next program in a pipe has seen enough.
@@ -81,8 +80,12 @@ fn create(path: &Path, recording: &Path) -> Result<File, Failure> {
     File::create(path).map_err(Failure::Write)
 }
 
-/// Writes the table; returns whether the recording is cut off.
-fn write(mut recording: Recording, columns: &[Column], out: impl Write) -> Result<bool, Failure> {
+/// Writes the table; returns the recording, which was read to its end.
+fn write(
+    mut recording: Recording,
+    columns: &[Column],
+    out: impl Write,
+) -> Result<Recording, Failure> {
     let mut table = csv::Writer::from_writer(out);
     let names = columns.iter().map(ToString::to_string);
     table.write_record(["time", "cycle"].map(str::to_owned).into_iter().chain(names))?;
@@ -99,5 +102,5 @@ fn write(mut recording: Recording, columns: &[Column], out: impl Write) -> Resul
     }
     progress.finish_and_clear();
     table.flush().map_err(Failure::Write)?;
-    Ok(recording.is_cut_off())
+    Ok(recording)
 }

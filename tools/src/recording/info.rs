@@ -11,7 +11,7 @@ const LISTED: usize = 10;
 
 const AFTER_HELP: &str = "\
 The controller, the length, the cycles and their times, what was lost, gaps and errors. A file that
-is cut off is read up to there.
+is cut off is read up to there; damaged parts are left out, and a line says so.
 
 Example: txt info run.mcap";
 
@@ -64,6 +64,9 @@ fn text(survey: &Survey) -> String {
     }
     if survey.errors.len() > LISTED {
         line("", format!("and {} more errors", survey.errors.len() - LISTED));
+    }
+    if let Some(damage) = &survey.damage {
+        line("note", damage.clone());
     }
     if survey.is_cut_off {
         line("note", "the file is cut off; this is what was written before".to_owned());

@@ -8,3 +8,4 @@ pub(crate) mod plot;
 pub(crate) mod record;
 pub(crate) mod replay;
 mod survey;
+mod whole;

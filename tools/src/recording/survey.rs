@@ -9,6 +9,8 @@ use ft_transfer_area_recorder::{Cycle, Error, Recorded, Recording, Transfer};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+use super::whole::Transfers;
+
 const UNKNOWN: &str = "unknown";
 
 /// What is in a recording.
@@ -41,6 +43,8 @@ pub(crate) struct Survey {
     /// When, and what.
     pub(crate) errors: Vec<(f64, String)>,
     pub(crate) is_cut_off: bool,
+    /// What is missing because the file is damaged.
+    pub(crate) damage: Option<String>,
 }
 
 impl Survey {
@@ -55,13 +59,23 @@ impl Survey {
             ..Self::default()
         };
         let mut measured = (0, Duration::ZERO);
+        let mut transfers = Transfers::default();
         for entry in recording.by_ref() {
             let entry = entry?;
             progress.inc(1);
             survey.seconds = survey.seconds.max(entry.at.as_secs_f64());
             match entry.what {
-                Recorded::Cycle(cycle) => survey.count(&cycle, &mut measured),
-                Recorded::Transfer(transfer) => survey.note(&transfer, entry.at),
+                Recorded::Cycle(cycle) => {
+                    transfers.cycle(cycle.number);
+                    survey.count(&cycle, &mut measured);
+                }
+                Recorded::Transfer(transfer) => {
+                    if matches!(transfer, Transfer::Began { .. }) {
+                        transfers.begin();
+                    }
+                    survey.note(&transfer, entry.at);
+                }
+                Recorded::Missing => transfers.miss(),
                 Recorded::Event(event) => *survey.events.entry(event.event).or_default() += 1,
                 Recorded::Picture(jpeg) => {
                     survey.pictures += 1;
@@ -75,7 +89,9 @@ impl Survey {
         if count > 0 {
             survey.mean_cycle_ms = millis(total) / f64::from(count);
         }
+        survey.transfers = transfers.count;
         survey.is_cut_off = recording.is_cut_off();
+        survey.damage = recording.damage().map(ToString::to_string);
         Ok(survey)
     }
 
@@ -111,7 +127,6 @@ impl Survey {
     fn note(&mut self, transfer: &Transfer, at: Duration) {
         let error = match transfer {
             Transfer::Began { device_name, firmware, address, .. } => {
-                self.transfers += 1;
                 self.device_name.clone_from(device_name);
                 self.firmware.clone_from(firmware);
                 self.address.clone_from(address);

@@ -14,7 +14,7 @@ use ft_transfer_area_simulator::{
     CameraConnection, Fault, SimulatedFactory, SimulatedTxt, SimulatedTxtBuilder,
 };
 
-use crate::{arguments, print};
+use crate::{arguments, open_files, print};
 
 const AFTER: &str = "\
 WHAT is delay:MS, jitter:MS, silence, dribble, id, crc, size:BYTES, mask:BITS, cut,
@@ -139,6 +139,7 @@ impl Args {
                 bail!("{option} is for one controller, and this world has {count}");
             }
         }
+        open_files::check(factory.controllers.len());
         let factory = SimulatedFactory::start(factory, port, |_, builder| self.set_up(builder))?;
         Ok(factory.into_txts())
     }

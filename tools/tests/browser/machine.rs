@@ -107,6 +107,36 @@ fn the_page_looks_and_presses_while_a_program_drives() -> Result<()> {
     })
 }
 
+#[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
+#[test]
+fn a_factory_is_driven_by_other_programs_and_names_of_places_are_at_their_belt() -> Result<()> {
+    browse(|client| async move {
+        let (panel, _) = Panel::shown("factory")?;
+        client.goto(&panel.url).await?;
+        page_of_a_factory(&Page { client: client.clone() }).await
+    })
+}
+
+async fn page_of_a_factory(page: &Page) -> Result<()> {
+    page.wait_for_text("#role", "Another program drives").await?;
+    page.wait_for(".belt text").await?;
+    let script = "const outside = ([text, bed]) => text.left < bed.left - 6 || text.right > bed.right + 6;
+        const place = (element) => element.getBoundingClientRect();
+        return [...document.querySelectorAll('.belt')].flatMap((belt) =>
+            [...belt.querySelectorAll('text')].filter((text) =>
+                outside([place(text), place(belt.querySelector('.bed'))])).map((text) => text.textContent))";
+    let outside = page.run(script, json!(null)).await?;
+    ensure!(outside == json!([]), "{outside} is beyond its belt");
+
+    page.click("#tabs button:first-child").await?;
+    page.wait_for(".tile:nth-child(4)").await?;
+    page.wait_for_text(".tile .note", " ms").await?;
+    let script = "return [...document.querySelectorAll('.tile > .note')].map((note) => note.textContent).join()";
+    let said = page.run(script, json!(null)).await?;
+    ensure!(!said.to_string().contains("drives"), "{said}");
+    page.ensure_no_console_errors().await
+}
+
 async fn ensure_no_scroll(page: &Page, width: u32) -> Result<()> {
     let script =
         "const page = document.documentElement; return page.scrollWidth - page.clientWidth";

@@ -34,14 +34,17 @@ impl Panel {
         Ok(Self { _running: running, url })
     }
 
-    /// A page that shows a simulated TXT with this world, and the address for a program that drives it.
+    /// A page that shows simulated TXTs with this world, and the address for a program that drives the first one.
     pub(crate) fn shown(world: &str) -> Result<(Self, String)> {
         let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
         command.args(["simulate", "--port", "0", "--world", world, "--show", "--no-browser"]);
         let running = Running::start(&mut command);
-        let [main, _camera, _i2c, page] = [(); 4].map(|()| running.line());
-        let address = main.strip_prefix("main ").context("no main port")?.to_owned();
-        let url = page.strip_prefix("page ").context("no page")?.to_owned();
+        // With several, each line begins with a name.
+        let main = running.line();
+        let address = main.split_once("main ").context("no main port")?.1.to_owned();
+        let mut lines = std::iter::repeat_with(|| running.line());
+        let url = lines.find_map(|line| line.strip_prefix("page ").map(str::to_owned));
+        let url = url.context("no page")?;
         Ok((Self { _running: running, url }, address))
     }
 }

@@ -286,6 +286,45 @@ static int transfer_i2c()
     return 0;
 }
 
+// Calls for I2C once, and begins to exchange at each signal.
+static int start_after_i2c()
+{
+    uint8_t byte = 0;
+    signal(SIGUSR1, ask);
+    printf("%X\n", (unsigned)InitI2C());
+    fflush(stdout);
+    for (int i = 0; i < 3; i++) {
+        while (!asked || MotorIOLib_ThreadIsRunning()) {
+            usleep(1000);
+        }
+        asked = 0;
+        printf("%X", (unsigned)StartTxtDownloadProg());
+        printf(" %d", MotorIOLib_ThreadIsRunning());
+        printf(" %X\n", (unsigned)KeLibI2cTransfer(0x18, 1, &byte, 1, &byte, 0));
+        fflush(stdout);
+    }
+    return StopTxtDownloadProg() != 1;
+}
+
+// Ends a sound while none plays, and one that plays.
+static int end_sounds(FISH_X1_TRANSFER *area)
+{
+    area->sTxtOutputs.u16SoundCmdId++;
+    usleep(200000);
+    printf("%d", area->sTxtInputs.u16SoundCmdId);
+    area->sTxtOutputs.u16SoundIndex = 6;
+    area->sTxtOutputs.u16SoundRepeat = 1000;
+    area->sTxtOutputs.u16SoundCmdId++;
+    usleep(200000);
+    printf(" %d\n", area->sTxtInputs.u16SoundCmdId);
+    area->sTxtOutputs.u16SoundIndex = 0;
+    area->sTxtOutputs.u16SoundCmdId++;
+    while (area->sTxtInputs.u16SoundCmdId != 3) {
+        usleep(1000);
+    }
+    return 0;
+}
+
 int main(int argc, char *argv[])
 {
     const char *what = argc > 1 ? argv[1] : "";
@@ -314,6 +353,9 @@ int main(int argc, char *argv[])
     if (strcmp(what, "handler first") == 0) {
         signal(SIGINT, ask);
     }
+    if (strcmp(what, "start after I2C") == 0) {
+        return start_after_i2c();
+    }
     uint32_t error = StartTxtDownloadProg();
     if (error != KELIB_ERROR_NONE) {
         printf("%X\n", (unsigned)error);
@@ -327,6 +369,9 @@ int main(int argc, char *argv[])
     }
     if (strcmp(what, "sound") == 0) {
         return play_sound(area);
+    }
+    if (strcmp(what, "end sounds") == 0) {
+        return end_sounds(area);
     }
     if (strcmp(what, "again") == 0) {
         return start_again(area);

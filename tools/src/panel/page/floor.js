@@ -9,14 +9,17 @@ const PIECES = ["white", "red", "blue", "container"];
 const DISC = 27;
 /** So many pixels for each mm of a belt. */
 const SCALE = 2.4;
+/** A name of a place that is nearer to an end of its belt than so many mm does not go beyond it. */
+const NEAR_END = 25;
 
 /** A belt from above, in mm. */
 class Belt {
   constructor({ motor, length, places }) {
     this.discs = svg("g", {});
     // Names in two rows, because places may be near each other.
+    const anchor = (mm) => (mm < NEAR_END ? "start" : mm > length - NEAR_END ? "end" : "middle");
     const marks = places.map(({ name, mm }, index) => svg("g", {}, svg("rect", { class: "mark", x: mm - 1, y: -3, width: 2, height: 46 }),
-      svg("text", { x: mm, y: index % 2 ? 62 : 52, "text-anchor": "middle" }, name)));
+      svg("text", { x: mm, y: index % 2 ? 62 : 52, "text-anchor": anchor(mm) }, name)));
     this.drawing = svg("svg", { class: "belt", viewBox: `-6 -6 ${length + 12} 72`, width: SCALE * (length + 12), role: "img", "aria-label": t("beltOf", { name: motor }) },
       svg("rect", { class: "bed", x: 0, y: 0, width: length, height: 40, rx: 8 }), marks, this.discs);
     this.element = h("li", {}, h("span", { class: "label" }, motor), this.drawing);

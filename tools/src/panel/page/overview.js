@@ -39,7 +39,8 @@ class Tile {
       setStyle(bar, "transform", `scaleX(${alive ? (forward - backwards) / 512 : 0})`);
       setAttribute(bar, "data-backwards", backwards > forward);
     });
-    setText(this.driver, you_drive ? t("driving") : driver === null ? t("nobody") : t("somebody", { page: driver }));
+    // Where another program drives, nobody on a page does.
+    setText(this.driver, !this.host.driven ? "" : you_drive ? t("driving") : driver === null ? t("nobody") : t("somebody", { page: driver }));
   }
 }
 

@@ -49,9 +49,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<bool> {
     let mut sides = [Side::open(&args.first)?, Side::open(&args.second)?];
     let found = compare(&mut sides, &args.names)?;
     for side in &sides {
-        if side.is_cut_off() {
-            eprintln!("{} is cut off: it is compared up to there", side.path.display());
-        }
+        side.say_what_is_missing();
     }
     print::line(found.text(&sides).trim_end())?;
     if let Some(output) = &args.plot {

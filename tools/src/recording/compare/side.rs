@@ -5,11 +5,12 @@ use std::time::Duration;
 
 use ft_transfer_area_recorder::{Cycle, Error, Recorded, Recording, Transfer};
 
+use super::super::whole::{say_what_is_missing, Transfers};
+
 pub(super) struct Side {
     pub(super) path: PathBuf,
     recording: Recording,
-    /// How many transfers have begun.
-    transfers: u64,
+    transfers: Transfers,
     /// When its first cycle was.
     begin: Option<Duration>,
     next: Option<Step>,
@@ -34,7 +35,13 @@ impl Step {
 impl Side {
     pub(super) fn open(path: &Path) -> Result<Self, Error> {
         let recording = Recording::open(path)?;
-        Ok(Self { path: path.to_owned(), recording, transfers: 0, begin: None, next: None })
+        Ok(Self {
+            path: path.to_owned(),
+            recording,
+            transfers: Transfers::default(),
+            begin: None,
+            next: None,
+        })
     }
 
     /// When its first cycle was.
@@ -42,8 +49,8 @@ impl Side {
         self.begin.unwrap_or_default()
     }
 
-    pub(super) fn is_cut_off(&self) -> bool {
-        self.recording.is_cut_off()
+    pub(super) fn say_what_is_missing(&self) {
+        say_what_is_missing(&self.recording, &self.path, ": it is compared up to there");
     }
 
     /// The next cycle.
@@ -51,12 +58,14 @@ impl Side {
         while self.next.is_none() {
             let Some(entry) = self.recording.next().transpose()? else { break };
             match entry.what {
-                Recorded::Transfer(Transfer::Began { .. }) => self.transfers += 1,
+                Recorded::Transfer(Transfer::Began { .. }) => self.transfers.begin(),
+                Recorded::Missing => self.transfers.miss(),
                 Recorded::Cycle(cycle) => {
                     // It may have been running when the recording was started.
-                    let lost = cycle.lost > 0 || self.begin.is_none();
+                    let is_missing = self.transfers.cycle(cycle.number);
+                    let lost = is_missing || cycle.lost > 0 || self.begin.is_none();
                     self.begin.get_or_insert(entry.at);
-                    let transfer = self.transfers;
+                    let transfer = self.transfers.count;
                     self.next = Some(Step { transfer, at: entry.at, cycle, lost });
                 }
                 _ => {}
@@ -70,8 +79,9 @@ impl Side {
         Ok(self.next.take())
     }
 
-    /// Whether cycles are missing before the next one.
+    /// Whether cycles are missing before the next one, or at the end.
     pub(super) fn has_lost(&mut self) -> Result<bool, Error> {
-        Ok(self.peek()?.is_some_and(|step| step.lost))
+        let lost = self.peek()?.map(|step| step.lost);
+        Ok(lost.unwrap_or_else(|| self.transfers.is_missing()))
     }
 }

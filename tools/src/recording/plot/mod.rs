@@ -13,6 +13,7 @@ use anyhow::{bail, Context};
 use ft_transfer_area_recorder::{Column, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::whole::say_what_is_missing;
 use crate::print;
 use draw::Picture;
 use tracks::Tracks;
@@ -20,8 +21,8 @@ pub(super) use two::second_over_first;
 
 const AFTER: &str = "\
 There is one panel for each unit. Without names, all inputs, counters and motors that change are
-drawn. The picture follows the light or dark setting of what shows it. Where there was no connection
-it is shaded. A tick at the bottom is a motor that has reached its distance or is stalled, or an
+drawn. The picture follows the light or dark setting of what shows it. Where there was no connection,
+or the file is damaged, it is shaded. A tick at the bottom is a motor that has reached its distance or is stalled, or an
 extension that came or went.
 
 Example: txt plot run.mcap I1 C1 M1 E1.I2 --from 10 --to 25.5 -o plot.svg";
@@ -60,9 +61,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let mut recording = Recording::open(&args.recording)?;
     let mut tracks = Tracks::new(args.names, args.from..to);
     read(&mut recording, &mut tracks, Duration::ZERO)?;
-    if recording.is_cut_off() {
-        eprintln!("{} is cut off: it is drawn up to there", args.recording.display());
-    }
+    say_what_is_missing(&recording, &args.recording, ": it is drawn up to there");
     let file = args.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let picture = tracks.picture(&file, args.title)?;
     save(&picture, &output)?;

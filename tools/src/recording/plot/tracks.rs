@@ -73,13 +73,15 @@ impl Tracks {
         }
         match entry.what {
             Recorded::Cycle(cycle) => {
+                let goes_on = self.lost_since.is_none();
                 self.end_gap(at);
                 self.last_cycle = Some(at);
                 if is_wanted {
-                    self.take_cycle(at, &cycle);
+                    self.take_cycle(at, &cycle, goes_on);
                 }
             }
             Recorded::Transfer(reported) => self.take_transfer(at, reported),
+            Recorded::Missing => self.lose(at),
             Recorded::Event(event) => {
                 let is_seen = SEEN.iter().any(|kind| kind.name() == event.event);
                 if is_wanted && self.ticks.len() < TICKS && !is_seen {
@@ -91,13 +93,13 @@ impl Tracks {
         true
     }
 
-    fn take_cycle(&mut self, at: f64, cycle: &Cycle) {
+    fn take_cycle(&mut self, at: f64, cycle: &Cycle, goes_on: bool) {
         if self.all && self.areas < cycle.areas.len() {
             self.areas = cycle.areas.len();
             let new = Column::of_areas(self.areas).into_iter().skip(self.tracks.len());
             self.tracks.extend(new.map(Track::new));
         }
-        let connected = !cycle.first && cycle.lost == 0;
+        let connected = goes_on && !cycle.first && cycle.lost == 0;
         for track in &mut self.tracks {
             track.take(at, cycle, connected);
         }
@@ -107,11 +109,13 @@ impl Tracks {
     fn take_transfer(&mut self, at: f64, reported: Transfer) {
         match reported {
             Transfer::Began { device_name, .. } => self.controller = Some(device_name),
-            Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_) => {
-                self.lost_since.get_or_insert(self.last_cycle.unwrap_or(at));
-            }
+            Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_) => self.lose(at),
             _ => {}
         }
+    }
+
+    fn lose(&mut self, at: f64) {
+        self.lost_since.get_or_insert(self.last_cycle.unwrap_or(at));
     }
 
     fn end_gap(&mut self, at: f64) {

@@ -49,6 +49,9 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let survey = Survey::of(&args.file)?;
+    if let Some(damage) = &survey.damage {
+        eprintln!("{}", print::clean(&format!("{}: {damage}", args.file.display())));
+    }
     anyhow::ensure!(survey.cycles > 0, "{} has no cycles to replay", args.file.display());
     let interrupted = interrupt::receiver()?;
     let player = Player::open(args.file.clone(), !args.fast)?;

@@ -152,7 +152,7 @@ impl Player {
         let mut stopped = true;
         while let Some(entry) = self.peek()? {
             match &entry.what {
-                Recorded::Cycle(cycle) if cycle.first => break,
+                Recorded::Cycle(cycle) if begins_anew(cycle, next) => break,
                 Recorded::Cycle(cycle) => {
                     let only = left_out.is_none() && is_stop(cycle);
                     left_out = Some((left_out.map_or(entry.at, |(at, _)| at), only));
@@ -193,9 +193,15 @@ impl Player {
         number: u64,
         machine: &mut Machine,
     ) -> Result<Option<(Duration, Cycle)>, Error> {
+        let goes_on = self.answered.is_some();
         while let Some(entry) = self.peek()? {
             match &entry.what {
-                // It was lost when it was recorded.
+                // The end of this connection is in a damaged part.
+                Recorded::Cycle(cycle) if goes_on && begins_anew(cycle, number) => {
+                    self.next = None;
+                    return Ok(None);
+                }
+                // It was lost when it was recorded, or is in a damaged part.
                 Recorded::Cycle(cycle) if cycle.number > number => {
                     self.next = Some(number + 1);
                     return Ok(None);
@@ -343,11 +349,16 @@ impl Player {
 fn keep(ahead: &mut VecDeque<Entry>, entry: Entry) {
     let is_picture = |entry: &Entry| matches!(entry.what, Recorded::Picture(_));
     match entry.what {
-        Recorded::Event(_) => return,
+        Recorded::Event(_) | Recorded::Missing => return,
         Recorded::Picture(_) => ahead.retain(|one| !is_picture(one)),
         _ => {}
     }
     ahead.push_back(entry);
+}
+
+/// Whether a cycle is of another connection than the one that should have this number next: numbers rise within one.
+fn begins_anew(cycle: &Cycle, next: u64) -> bool {
+    cycle.first || cycle.number < next
 }
 
 /// Whether a request leaves all motors off.
