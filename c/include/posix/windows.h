@@ -322,15 +322,17 @@ BOOL WritePrivateProfileStringA(LPCSTR section, LPCSTR key, LPCSTR value, LPCSTR
 #else
 #define FT_CONSTEXPR
 #endif
-template <class A, class B> inline FT_CONSTEXPR __decltype(true ? (A) *(A *) 0 : (B) *(B *) 0) max(A one, B other)
+#define FT_COMMON(A, B) __decltype(true ? (A) *(A *) 0 : (B) *(B *) 0)
+template <class A, class B> inline FT_CONSTEXPR FT_COMMON(A, B) max(A one, B other)
 {
     return one > other ? one : other;
 }
-template <class A, class B> inline FT_CONSTEXPR __decltype(true ? (A) *(A *) 0 : (B) *(B *) 0) min(A one, B other)
+template <class A, class B> inline FT_CONSTEXPR FT_COMMON(A, B) min(A one, B other)
 {
     return one < other ? one : other;
 }
 #undef FT_CONSTEXPR
+#undef FT_COMMON
 #endif
 #endif
 
