@@ -118,7 +118,18 @@ impl Compiler {
 
     /// Checks a source in each standard.
     pub(crate) fn check_all(&self, source: &str) {
-        for standard in &self.standards {
+        self.check_in(&self.standards, source);
+    }
+
+    /// Checks a source in the oldest and the newest standard.
+    pub(crate) fn check_ends(&self, source: &str) {
+        let ends = [self.standards.first(), self.standards.last()];
+        let ends: Vec<_> = ends.into_iter().flatten().copied().collect();
+        self.check_in(&ends, source);
+    }
+
+    fn check_in(&self, standards: &[&str], source: &str) {
+        for standard in standards {
             if let Err(said) = self.check(standard, &[], source) {
                 panic!("{said}");
             }
