@@ -134,3 +134,14 @@ fn a_program_that_is_killed_is_stopped_when_nobody_reads_what_was_said_before() 
         txt.with_machine(|machine| machine.controllers[0].uni[1] = 1);
     });
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_motors_stop_before_the_message_of_an_assertion_or_an_exception() {
+    if !has_compiler() {
+        return;
+    }
+    with_full_errors(&[], "", |_| {});
+    with_full_errors(&["-x", "c++"], "", |_| {});
+    with_full_errors(&["-x", "c++"], "-DTHROW", |_| {});
+}
