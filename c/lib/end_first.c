@@ -1,6 +1,9 @@
-/* Ends all transfers of a program before what waits at its end: functions of atexit, destructors of static objects.
-   With the linker's options --wrap=main, --wrap=exit and --wrap=quick_exit these functions are called in their place. */
+/* Ends all transfers of a program before what waits at its end: functions of atexit, destructors of static objects, and
+   the message of an assertion or an exception, which perhaps nobody reads. With the linker's options --wrap=main,
+   --wrap=exit, --wrap=quick_exit and --wrap=__assert_fail these functions are called in their place. */
 #ifdef __cplusplus
+#include <exception>
+
 extern "C" {
 #endif
 
@@ -10,6 +13,8 @@ void ft_end_transfers(void);
 int __real_main(int argc, char **argv, char **environment);
 void __real_exit(int status) __attribute__((noreturn));
 void __real_quick_exit(int status) __attribute__((noreturn));
+void __real___assert_fail(const char *what, const char *file, unsigned int line, const char *function)
+    __attribute__((noreturn));
 
 int __wrap_main(int argc, char **argv, char **environment)
 {
@@ -31,6 +36,24 @@ __attribute__((noreturn)) void __wrap_quick_exit(int status)
     __real_quick_exit(status);
 }
 
+__attribute__((noreturn)) void __wrap___assert_fail(const char *what, const char *file, unsigned int line,
+                                                    const char *function)
+{
+    ft_end_transfers();
+    __real___assert_fail(what, file, line, function);
+}
+
 #ifdef __cplusplus
+}
+
+/* An exception that nobody catches: what says so comes afterwards. */
+static void end_and_terminate();
+
+static const std::terminate_handler terminate_before = std::set_terminate(end_and_terminate);
+
+static void end_and_terminate()
+{
+    ft_end_transfers();
+    terminate_before();
 }
 #endif

@@ -1,8 +1,8 @@
-//! Tells `tx_run` which controllers may have motors on: a file with the controller's host is there from the begin of a
+//! Tells `tx_run` which controllers may have motors on: a note with the controller's host is there from the begin of a
 //! transfer until its last exchange has switched all outputs off. For one that is left `tx_run` sends that exchange.
 
 use std::fs::{self, File};
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -30,7 +30,7 @@ pub(crate) struct Online {
     is_over: AtomicBool,
 }
 
-/// A file that says so.
+/// What says so in the folder.
 struct Note {
     path: PathBuf,
     host: String,
@@ -80,24 +80,25 @@ impl Drop for Online {
 
 impl Note {
     fn new(folder: &Path, host: &str) -> io::Result<Self> {
-        static NUMBER: AtomicU32 = AtomicU32::new(0);
+        let begun = folder.join(BEGUN);
         let process = process::id();
-        mark(process, &folder.join(MARK))?;
-        File::create(folder.join(BEGUN))?;
+        let noted = mark(process, &folder.join(MARK))
+            .and_then(|()| File::create(&begun))
+            .and_then(|_| Self::write(folder, host, process));
+        if noted.is_err() {
+            // That no transfer is noted means nothing from now on.
+            let _ = fs::remove_file(begun);
+        }
+        noted
+    }
+
+    fn write(folder: &Path, host: &str, process: u32) -> io::Result<Self> {
+        static NUMBER: AtomicU32 = AtomicU32::new(0);
         loop {
             let number = NUMBER.fetch_add(1, Ordering::Relaxed);
             let path = folder.join(format!("{process}.{number}"));
-            match File::create_new(&path) {
-                Ok(mut file) => {
-                    let note = Self { path, host: host.to_owned(), process };
-                    return match file.write_all(host.as_bytes()) {
-                        Ok(()) => Ok(note),
-                        Err(error) => {
-                            note.remove();
-                            Err(error)
-                        }
-                    };
-                }
+            match write_host(&path, host) {
+                Ok(()) => return Ok(Self { path, host: host.to_owned(), process }),
                 // Of the program that has become this one.
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),
@@ -121,6 +122,19 @@ impl Note {
             !is_same
         });
     }
+}
+
+/// A link that leads to no file but has the host as its name: it is there as a whole or not at all, and needs no room on
+/// a disk that is full.
+#[cfg(unix)]
+fn write_host(path: &Path, host: &str) -> io::Result<()> {
+    std::os::unix::fs::symlink(host, path)
+}
+
+#[cfg(not(unix))]
+fn write_host(path: &Path, host: &str) -> io::Result<()> {
+    use std::io::Write;
+    File::create_new(path)?.write_all(host.as_bytes()).inspect_err(|_| _ = fs::remove_file(path))
 }
 
 /// Holds a mark, if this process does not hold it yet.
@@ -178,6 +192,20 @@ mod tests {
         assert_eq!(noted(), 1);
         other.end();
         assert_eq!(noted(), 0);
+    }
+
+    /// What was begun before is no sign that a transfer without a note has ended.
+    #[test]
+    fn what_can_not_be_noted_has_not_begun_for_tx_run() {
+        let folder = tempfile::tempdir().unwrap();
+        File::create_new(folder.path().join(MARK)).unwrap();
+        let begin = |host: &str| Online::with_folder(folder.path().to_str(), host);
+        let has_begun = || folder.path().join(BEGUN).exists();
+        begin("e").end();
+        assert!(has_begun());
+        // No system has room for such a host.
+        let lost = begin(&"e".repeat(1 << 20));
+        assert!(lost.note.is_none() == cfg!(unix) && has_begun() != cfg!(unix));
     }
 
     #[test]

@@ -4,7 +4,8 @@ use std::env;
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, ExitStatus};
-use std::thread;
+use std::sync::mpsc::{sync_channel, SyncSender};
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use ft_transfer_area::Error;
@@ -13,7 +14,7 @@ use crate::online::{self, Online};
 use crate::program::Program;
 use crate::symbols::Entry;
 use crate::target::Target;
-use crate::{say, signals, Sentence};
+use crate::{signals, write_sentence, Sentence};
 
 /// The environment variable that names the controller.
 const HOST: &str = "FT_TXT_HOST";
@@ -22,6 +23,8 @@ const HOST: &str = "FT_TXT_HOST";
 pub(crate) struct Ended {
     /// The exit status for `tx_run`.
     pub(crate) status: i32,
+    /// What is being said since before.
+    pub(crate) saying: Option<JoinHandle<()>>,
     /// What is still to be said.
     pub(crate) words: Vec<String>,
 }
@@ -52,11 +55,13 @@ pub(crate) fn run(
     let mut child = command.spawn()?;
     let id = signals::pass_on_to(&child);
     let mut was_left = false;
+    let (to_say, saying) = say_meanwhile();
     let status = loop {
         match child.try_wait() {
             Ok(None) if online.is_left() => {
                 was_left = true;
-                stop_left(&online, target).iter().for_each(|it| say(it));
+                // Sentences without room are not said.
+                stop_left(&online, target).into_iter().for_each(|it| drop(to_say.try_send(it)));
             }
             Ok(None) => thread::sleep(LOOK),
             Ok(Some(status)) => break Ok(status),
@@ -75,7 +80,16 @@ pub(crate) fn run(
     let word =
         word.map(|word| if is_crash && is_off { word + "; all outputs are off" } else { word });
     let words = word.into_iter().chain(forks).chain(stopped).collect();
-    Ok(Ended { status, words })
+    Ok(Ended { status, saying, words })
+}
+
+/// Says sentences while the program runs, which is looked at meanwhile: perhaps nobody reads them.
+fn say_meanwhile() -> (SyncSender<String>, Option<JoinHandle<()>>) {
+    const ROOM: usize = 16;
+    let (to_say, sentences) = sync_channel::<String>(ROOM);
+    let say = move || sentences.iter().for_each(|it| write_sentence(&it));
+    // Without a thread they are not said.
+    (to_say, thread::Builder::new().spawn(say).ok())
 }
 
 #[cfg(target_os = "linux")]

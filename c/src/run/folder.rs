@@ -14,7 +14,7 @@ const PREFIX: &str = "tx_run";
 pub(crate) struct BuildFolder {
     folder: TempDir,
     #[cfg(unix)]
-    _lock: std::fs::File,
+    _locks: [std::fs::File; 2],
 }
 
 impl BuildFolder {
@@ -31,7 +31,7 @@ impl BuildFolder {
         let folder = tempfile::Builder::new().prefix(PREFIX).tempdir()?;
         Ok(Self {
             #[cfg(unix)]
-            _lock: unix::lock(folder.path())?,
+            _locks: unix::lock(folder.path())?,
             folder,
         })
     }
@@ -90,17 +90,20 @@ mod unix {
     /// A file that is locked as long as the process lives that compiles in its folder.
     const LOCK: &str = "lock";
 
-    pub(super) fn lock(folder: &Path) -> io::Result<File> {
+    pub(super) fn lock(folder: &Path) -> io::Result<[File; 2]> {
+        // What removes old files, such as systemd-tmpfiles, leaves a locked folder alone: a program may run for weeks.
+        let whole = File::open(folder)?;
         let new = folder.join("new");
         let lock = File::create(&new)?;
         // A system of files without locks does not matter. Nobody sees it unlocked.
+        take(&whole);
         take(&lock);
         fs::rename(new, folder.join(LOCK))?;
-        Ok(lock)
+        Ok([whole, lock])
     }
 
     /// Locks a file, unless another process has. Whether it has worked.
-    fn take(file: &File) -> bool {
+    pub(super) fn take(file: &File) -> bool {
         // SAFETY: a call without pointers, and the file is open.
         unsafe { libc::flock(file.as_raw_fd(), libc::LOCK_EX | libc::LOCK_NB) == 0 }
     }
@@ -120,5 +123,20 @@ mod unix {
                 let _ = fs::remove_dir_all(entry.path());
             }
         }
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_folder_is_locked_as_long_as_it_is_used() {
+        let folder = BuildFolder::new().unwrap();
+        let other = fs::File::open(folder.path()).unwrap();
+        assert!(!unix::take(&other));
+        let BuildFolder { folder: _kept, _locks } = folder;
+        drop(_locks);
+        assert!(unix::take(&other));
     }
 }

@@ -221,7 +221,8 @@ pub(crate) fn files_of(text: &[u8]) -> Result<Files, &'static str> {
         Some(name.rsplit_once('"')?.0.replace("\\\\", "\\"))
     };
     let names: BTreeSet<String> = lines.filter_map(name).collect();
-    let mut files = Files { written: Vec::new(), states: String::new() };
+    let states = way_to(names.iter().map(Path::new));
+    let mut files = Files { written: Vec::new(), states };
     for file in names.iter().map(Path::new).filter(|file| file.is_file()) {
         let _ = write!(files.states, "{:?} ", fs::metadata(file).ok().and_then(|it| changed(&it)));
         // One that can't be read has no lines to show. A source may name any file by `#line`.
@@ -231,6 +232,37 @@ pub(crate) fn files_of(text: &[u8]) -> Result<Files, &'static str> {
         }
     }
     Ok(files)
+}
+
+/// What changes when other files come in the place of these, because a link or a folder on the way to them is another one
+/// for a moment.
+#[cfg(unix)]
+fn way_to<'a>(files: impl Iterator<Item = &'a Path>) -> String {
+    use std::os::unix::fs::MetadataExt;
+    let mut states = String::new();
+    let mut seen = BTreeSet::new();
+    let mut next: Vec<PathBuf> = files.map(Path::to_owned).collect();
+    while let Some(path) = next.pop() {
+        for place in path.ancestors() {
+            if !seen.insert(place.to_owned()) {
+                break;
+            }
+            let Ok(data) = fs::symlink_metadata(place) else { continue };
+            if let Ok(target) = fs::read_link(place) {
+                next.push(place.parent().unwrap_or(place).join(target));
+            }
+            // A folder that only gets or loses a file has both times.
+            let changed = (data.ctime(), data.ctime_nsec());
+            let is_same = data.is_dir() && changed == (data.mtime(), data.mtime_nsec());
+            let _ = write!(states, "{} {:?} ", data.ino(), (!is_same).then_some(changed));
+        }
+    }
+    states
+}
+
+#[cfg(not(unix))]
+fn way_to<'a>(_: impl Iterator<Item = &'a Path>) -> String {
+    String::new()
 }
 
 /// Whether the assembler reads a further file for this text, or may: a macro can put the directive together, and a

@@ -41,6 +41,7 @@ use std::env;
 use std::error::Error;
 use std::io::{self, Write};
 use std::process::{self, ExitCode};
+use std::thread::JoinHandle;
 
 use child::Ended;
 use env_logger::Env;
@@ -50,9 +51,14 @@ use options::{Options, HELP};
 /// An error that is a sentence.
 type Sentence = Box<dyn Error>;
 
-/// Says a sentence on the error output.
+/// Says a sentence on the error output. Not while a program runs, which nobody would look at if nobody reads it.
 fn say(sentence: &str) {
-    pass_on(format!("tx_run: {sentence}\n").as_bytes());
+    signals::while_writing(|| write_sentence(sentence));
+}
+
+fn write_sentence(sentence: &str) {
+    // Nobody reads it when the terminal is gone.
+    let _ = io::stderr().lock().write_all(format!("tx_run: {sentence}\n").as_bytes());
 }
 
 /// Writes to the error output, without what another thread writes between it.
@@ -94,6 +100,7 @@ fn run(options: &Options) -> Result<i32, Sentence> {
     let ended = run_in(&build, options).map_err(|error| build.with_its_fault(error))?;
     // Nothing is left to do when nobody reads the last words.
     drop(build);
+    signals::while_writing(|| ended.saying.map(JoinHandle::join));
     ended.words.iter().for_each(|word| say(word));
     Ok(ended.status)
 }

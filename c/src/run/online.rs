@@ -1,4 +1,4 @@
-//! Which controllers the program has left with motors on. While a transfer runs there is a file with its host, which the
+//! Which controllers the program has left with motors on. While a transfer runs there is a note with its host, which the
 //! program's library removes when its last exchange has switched all outputs off.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -38,13 +38,12 @@ impl Online {
         self.folder.join(BEGUN).exists()
     }
 
-    /// The files of transfers that have begun and not ended, with their hosts.
+    /// The notes of transfers that have begun and not ended, with their hosts.
     fn left(&self) -> BTreeMap<PathBuf, String> {
-        let files = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        let files = files.filter(|file| file.file_name() != MARK).map(|file| file.path());
-        // One without a host is of a transfer that still has to begin, and one that is gone of one that has ended.
-        let host = |file: &PathBuf| fs::read_to_string(file).ok().filter(|host| !host.is_empty());
-        files.filter_map(|file| host(&file).map(|host| (file, host))).collect()
+        let notes = fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        let notes = notes.filter(|note| note.file_name() != MARK).map(|note| note.path());
+        // One that is gone is of a transfer that has ended.
+        notes.filter_map(|note| host_in(&note).map(|host| (note, host))).collect()
     }
 
     /// Whether a transfer to this host is left.
@@ -87,6 +86,18 @@ impl Online {
     }
 }
 
+/// The host in a note; `None` for other files. A link needs no room on a disk that is full.
+#[cfg(unix)]
+fn host_in(note: &Path) -> Option<String> {
+    fs::read_link(note).ok()?.into_os_string().into_string().ok()
+}
+
+/// One without a host is of a transfer that still has to begin.
+#[cfg(not(unix))]
+fn host_in(note: &Path) -> Option<String> {
+    fs::read_to_string(note).ok().filter(|host| !host.is_empty())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,11 +107,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let online = Online::new(folder.path()).unwrap();
         let left = || online.left().into_values().collect::<Vec<_>>();
+        #[cfg(unix)]
+        let note = |name, host| std::os::unix::fs::symlink(host, online.folder.join(name)).unwrap();
+        #[cfg(not(unix))]
         let note = |name, host| fs::write(online.folder.join(name), host).unwrap();
         assert_eq!(left(), [""; 0]);
         note("7.0", "auto");
         note("7.1", "10.0.0.7:65000");
-        note("7.2", "");
         assert_eq!(left(), ["auto", "10.0.0.7:65000"]);
         fs::remove_file(online.folder.join("7.0")).unwrap();
         assert!(online.stop_left(Some("10.0.0.7:65000")).is_empty());

@@ -87,9 +87,17 @@ impl Ours {
             Entry::Main if cfg!(target_os = "linux") => Some(Self {
                 name: "end_first.c",
                 text: include_str!("../../lib/end_first.c"),
-                // So that no second compiler is needed.
-                language: inputs.sources.first().map_or(Language::Cpp, |source| source.language),
-                link_options: &["-Wl,--wrap=main", "-Wl,--wrap=exit", "-Wl,--wrap=quick_exit"],
+                // In C++ exceptions are seen, too. No second compiler is needed.
+                language: match inputs.sources.iter().all(|one| one.language == Language::C) {
+                    true if !inputs.sources.is_empty() => Language::C,
+                    _ => Language::Cpp,
+                },
+                link_options: &[
+                    "-Wl,--wrap=main",
+                    "-Wl,--wrap=exit",
+                    "-Wl,--wrap=quick_exit",
+                    "-Wl,--wrap=__assert_fail",
+                ],
             }),
             Entry::Main => None,
         }

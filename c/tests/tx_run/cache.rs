@@ -352,43 +352,53 @@ fn a_header_that_changes_for_a_moment_leaves_nothing_wrong() {
     if !has_compiler() {
         return;
     }
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path();
-    write(path, "cc.c", CHANGES_HEADER);
-    compile(&path.join("cc.c"), &path.join("cc"));
-    write(path, "a.c", BY_HEADER);
-    write(path, "h.h", ONE);
-    write(path, "changes", "");
-    for kept in [0, 1] {
-        let mut command = tx_run(&["a.c", "--world", "none"]);
-        command.current_dir(path).env("XDG_CACHE_HOME", path.join("cache")).env("CC", "./cc");
-        let ended = Run::start(&mut command).end();
-        assert_eq!(ended.status, Some(2 - kept), "{}", ended.err);
-        assert_eq!(fs::read_to_string(path.join("h.h")).unwrap(), ONE);
-        assert_eq!(kept_in(&path.join("cache")).len(), kept as usize);
-        let _ = fs::remove_file(path.join("changes"));
+    for [begin, before, after] in [
+        ["mkdir inc; cp v1/h.h inc", "cp v2/h.h inc", "cp v1/h.h inc"],
+        ["ln -s v1 inc", "ln -sfn v2 inc", "ln -sfn v1 inc"],
+        ["ln -s v1 now; ln -s now inc", "ln -sfn v2 now", "ln -sfn v1 now"],
+        ["mv v1 inc", "mv inc v1; mv v2 inc", "mv inc v2; mv v1 inc"],
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        write(path, "cc.c", CHANGES_HEADER);
+        compile(&path.join("cc.c"), &path.join("cc"));
+        write(path, "a.c", "#include \"inc/h.h\"\nint main(void) { return V; }\n");
+        write(path, "v1/h.h", "#define V 1\n");
+        write(path, "v2/h.h", "#define V 2\n");
+        assert!(Command::new("sh")
+            .args(["-c", begin])
+            .current_dir(path)
+            .status()
+            .unwrap()
+            .success());
+        write(path, "before", before);
+        write(path, "after", after);
+        for kept in [0, 1] {
+            let mut command = tx_run(&["a.c", "--world", "none"]);
+            command.current_dir(path).env("XDG_CACHE_HOME", path.join("cache")).env("CC", "./cc");
+            let ended = Run::start(&mut command).end();
+            assert_eq!(ended.status, Some(2 - kept), "{before}: {}", ended.err);
+            assert_eq!(fs::read_to_string(path.join("inc/h.h")).unwrap(), "#define V 1\n");
+            assert_eq!(kept_in(&path.join("cache")).len(), kept as usize, "{before}");
+            let _ = fs::remove_file(path.join("before"));
+        }
     }
 }
 
 const CHANGES_HEADER: &str = r##"
-#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
-static void put(const char *text) {
-    FILE *file = fopen("h.h", "w");
-    fputs(text, file);
-    fclose(file);
-}
 int main(int n, char **v) {
     int i, compiles = 0, status = 0;
     for (i = 1; i < n; i++) compiles |= !strcmp(v[i], "-S");
-    compiles = compiles && access("changes", F_OK) == 0;
-    if (compiles) put("#define V 2\n");
+    compiles = compiles && access("before", F_OK) == 0;
+    if (compiles) status |= system("sh before");
     if (fork() == 0) { v[0] = "cc"; execvp("cc", v); _exit(9); }
-    wait(&status);
-    if (compiles) put("#define V 1\n");
-    return status != 0;
+    wait(&i);
+    if (compiles) status |= system("sh after");
+    return (status | i) != 0;
 }
 "##;
 

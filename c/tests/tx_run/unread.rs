@@ -7,6 +7,9 @@ use std::process::{Child, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use ft_transfer_area::wire::CommandId;
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
+
 use super::support::{has_compiler, has_ended, program, tx_run, txt, wait_for, wait_until, LIMIT};
 
 /// A pipe: where it is read, and where it is written.
@@ -96,4 +99,49 @@ fn a_program_whose_output_nobody_reads_ends_when_it_is_asked_to() {
             scope.spawn(move || ends_by(signal, name, flags));
         }
     });
+}
+
+/// Runs a program whose error output is full when I1 is pressed.
+#[cfg(target_os = "linux")]
+fn with_full_errors(options: &[&str], flags: &str, then: impl FnOnce(&SimulatedTxt)) {
+    let txt = txt().start().unwrap();
+    let [read, write] = pipe();
+    let mut command = tx_run(&["--host", &txt.address().to_string()]);
+    command.args(options).arg(program("unread_end.c")).stdin(Stdio::null()).stderr(write);
+    let mut child = command.env("CFLAGS", flags).env("CXXFLAGS", flags).spawn().unwrap();
+    drop(command);
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    txt.with_machine(|machine| machine.controllers[0].uni[0] = 1);
+    wait_until("the pipe is full", || waiting(&read) > 1000);
+    then(&txt);
+    wait_for(&txt, "StopOnline", |machine| {
+        machine.commands().last() == Some(CommandId::StopOnline) && !machine.connected()
+    });
+    drop(read);
+    wait_for_end(&mut child);
+}
+
+/// What `tx_run` says while the program runs does not keep it from looking at the program.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_that_is_killed_is_stopped_when_nobody_reads_what_was_said_before() {
+    if !has_compiler() {
+        return;
+    }
+    with_full_errors(&[], "-DAGAIN", |txt| {
+        let again = |machine: &Machine| machine.controllers[0].outputs.duty[0] == 300;
+        wait_for(txt, "the motor turns again", again);
+        txt.with_machine(|machine| machine.controllers[0].uni[1] = 1);
+    });
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn the_motors_stop_before_the_message_of_an_assertion_or_an_exception() {
+    if !has_compiler() {
+        return;
+    }
+    with_full_errors(&[], "", |_| {});
+    with_full_errors(&["-x", "c++"], "", |_| {});
+    with_full_errors(&["-x", "c++"], "-DTHROW", |_| {});
 }

@@ -185,9 +185,15 @@ impl Recorder {
     ///
     /// # Errors
     ///
-    /// The file can't be created, or takes nothing in 5 s, or the operating system has no more threads.
+    /// The file can't be created, or takes nothing in 5 s; the capacity is out of range, or the operating system has no
+    /// more threads.
     pub fn fed(path: impl AsRef<Path>, options: Options) -> Result<(Self, Feed), Error> {
-        let (feed, entries, lost) = Feed::channel(options.capacity.max(1));
+        if !(1..=CycleLog::MAX_CAPACITY).contains(&options.capacity) {
+            let most = CycleLog::MAX_CAPACITY;
+            let sentence = format!("the capacity is {}, not 1 to {most}", options.capacity);
+            return Err(not_started(io::Error::new(io::ErrorKind::InvalidInput, sentence)));
+        }
+        let (feed, entries, lost) = Feed::channel(options.capacity);
         let source = Source::Feed { entries, lost };
         let recorder = Self::record(path.as_ref().to_owned(), source, DISK_LIMIT)?;
         Ok((recorder, feed))
@@ -533,6 +539,17 @@ mod tests {
             sink.record(&frame);
         }
         assert_eq!((waiting.len(), sink.state.recorded().lost_frames), (4, 6));
+    }
+
+    #[test]
+    fn a_feed_has_room_for_as_many_cycles_as_a_log() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        for capacity in [0, CycleLog::MAX_CAPACITY + 1, usize::MAX] {
+            let fed = Recorder::fed(&path, Options::default().capacity(capacity));
+            assert!(matches!(fed, Err(Error::NotStarted { .. })), "{capacity}");
+        }
+        assert!(!path.exists(), "an earlier file stays");
     }
 
     #[cfg(unix)]

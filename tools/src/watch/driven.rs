@@ -36,6 +36,8 @@ pub(super) struct Driven {
     extensions: Option<u16>,
     /// The controller has said something. It serves one program, and says nothing to others.
     is_served: bool,
+    /// When the controller has last answered an exchange.
+    exchanged: Option<Instant>,
     /// When one side has last said something.
     heard: Instant,
 }
@@ -67,6 +69,7 @@ impl Driven {
             leaves: false,
             extensions: None,
             is_served: false,
+            exchanged: None,
             heard: Instant::now(),
         }
     }
@@ -99,13 +102,20 @@ impl Driven {
     pub(super) fn received(&mut self, at: Instant, bytes: &[u8]) {
         self.heard = at;
         self.is_served = true;
-        self.responses.take(bytes);
+        if self.responses.take(bytes) {
+            self.exchanged = Some(at);
+        }
         self.leaves &= self.responses.awaits(CommandId::StopOnline);
     }
 
     /// Whether the controller has said anything to this program.
     pub(super) fn is_served(&self) -> bool {
         self.is_served
+    }
+
+    /// When the controller has last answered an exchange: its outputs are those of this program since then.
+    pub(super) fn exchanged(&self) -> Option<Instant> {
+        self.exchanged
     }
 
     /// Whether outputs may be on for which only the program knows.
@@ -171,14 +181,19 @@ impl Responses {
         self.missing.push_back(command);
     }
 
-    /// A response is that to the first command which it can answer. Those before it get none.
-    pub(super) fn take(&mut self, bytes: &[u8]) {
+    /// A response is that to the first command which it can answer. Those before it get none. Returns whether an
+    /// exchange was answered.
+    pub(super) fn take(&mut self, bytes: &[u8]) -> bool {
         let missing = &mut self.missing;
+        let mut has_exchanged = false;
         self.packets.take(bytes, response_size, |head| {
             let response = id(head).and_then(ResponseId::from_id);
             let place = missing.iter().position(|one| Some(one.response()) == response);
-            place.into_iter().for_each(|place| drop(missing.drain(..=place)));
+            let answered = place.and_then(|place| missing.drain(..=place).next_back());
+            has_exchanged |=
+                matches!(answered, Some(CommandId::ExchangeData | CommandId::ExchangeDataCmpr));
         });
+        has_exchanged
     }
 
     /// Whether such a command has no response yet.

@@ -22,7 +22,7 @@ const WHOLE: Duration = Duration::from_secs(6);
 const RETRY: Duration = Duration::from_millis(100);
 /// How long a program may take to come back to a controller that has ended the connection.
 const RETURN: Duration = Duration::from_secs(2);
-/// The same for all that come back and do not drive.
+/// The same for all that come back and do not exchange.
 const LATEST: Duration = Duration::from_secs(6);
 
 /// What is being done.
@@ -56,10 +56,12 @@ pub(super) struct Halt {
     /// The controller may have said more.
     has_more: bool,
     zeros: Vec<u8>,
+    /// When the program has gone.
+    begun: Instant,
     /// When the present step is given up, and when everything.
     answer_until: Instant,
     until: Instant,
-    /// Until when programs that only look put it off.
+    /// Until when programs that do not exchange put it off.
     latest: Instant,
 }
 
@@ -106,6 +108,7 @@ impl Halt {
             zeros: driven.zeros(),
             responses: driven.into_responses(),
             has_more: false,
+            begun: now,
             answer_until: now + ANSWER,
             until: now + WHOLE,
             latest: now + LATEST,
@@ -122,13 +125,19 @@ impl Halt {
         matches!(self.step, Step::Pauses(_))
     }
 
+    /// Whether it waits for nothing more, when the controller has answered an exchange of another program at this time:
+    /// what was left is off since then, or that program's.
+    pub(super) fn is_over_since(&self, exchanged: Instant) -> bool {
+        self.waits() && self.begun < exchanged
+    }
+
     /// Nobody comes back any more.
     pub(super) fn go_on_at_once(&mut self) {
         let now = Instant::now();
         (self.step, self.until) = (Step::Pauses(now), now + WHOLE);
     }
 
-    /// Whether a program that drives has not come back in all that time, but others look.
+    /// Whether no program has come back and exchanged in all that time, but others are connected.
     pub(super) fn is_overdue(&self) -> bool {
         self.waits() && self.latest <= Instant::now()
     }

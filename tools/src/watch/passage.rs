@@ -209,6 +209,11 @@ impl Passage {
         self.driven.as_ref().is_some_and(Driven::drives)
     }
 
+    /// When the controller has last answered an exchange of its program.
+    pub(super) fn exchanged(&self) -> Option<Instant> {
+        self.driven.as_ref().and_then(Driven::exchanged)
+    }
+
     /// Whether the controller is to be stopped after it.
     pub(super) fn is_to_stop(&self) -> bool {
         self.drives() && !self.leaves_outputs

@@ -367,8 +367,8 @@ impl Worker {
         }
     }
 
-    /// A program that has come back and drives stops what was left by going online. One that has only connected may
-    /// still do so.
+    /// A program that has come back stops what was left by its first exchange: going online clears the outputs, and that
+    /// sends them. One that has not exchanged may still do so.
     fn wait_for_return(&mut self) {
         if !self.held.is_empty() {
             self.halts.iter_mut().filter(|halt| halt.pauses()).for_each(Halt::put_off);
@@ -377,14 +377,19 @@ impl Worker {
         if mains.peek().is_none() {
             return;
         }
-        if mains.any(Passage::drives) {
-            self.halts.retain(|halt| !halt.waits());
-        } else if self.halts.iter().any(Halt::is_overdue) {
+        if let Some(exchanged) = mains.filter_map(Passage::exchanged).max() {
+            self.halts.retain(|halt| !halt.is_over_since(exchanged));
+        }
+        if self.halts.iter().any(Halt::is_overdue) {
             // The controller serves one at a time.
             let looks = |one: &&Passage| one.line == Line::Main;
             let numbers: Vec<_> =
                 self.passages.values().filter(looks).map(|one| one.number).collect();
-            numbers.into_iter().for_each(|number| self.close(number));
+            for number in numbers {
+                // What it has left is stopped with the rest.
+                self.passages.remove(&number);
+                self.report(Line::Main, number, What::Closed);
+            }
             self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::go_on_at_once);
             return;
         }

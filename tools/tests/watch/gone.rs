@@ -325,6 +325,35 @@ fn a_program_that_only_looks_does_not_put_the_stop_off_for_long() {
     assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
 }
 
+/// Going online clears the outputs in the controller, but only an exchange sends them to its board.
+#[test]
+fn a_program_that_goes_online_and_exchanges_nothing_does_not_replace_the_stop() {
+    let (watch, listener) = ended_by_its_controller();
+    let (mut controller, mut program) = Controller::online(&watch, listener);
+    program.write_all(&CommandId::StopOnline.id().to_le_bytes()).unwrap();
+    controller.answer(4, &ResponseId::StopOnline.id().to_le_bytes());
+    program.read_exact(&mut [0; 4]).unwrap();
+    drop(program);
+    controller.stream = accept(&controller.listener);
+    controller.is_stopped();
+    assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
+}
+
+#[test]
+fn a_program_whose_start_is_not_answered_does_not_put_the_stop_off_for_long() {
+    let (watch, listener) = ended_by_its_controller();
+    let mut waits = watch.connect();
+    let mut packet = Vec::new();
+    StartOnline::new().emit(&mut packet);
+    waits.write_all(&packet).unwrap();
+    let mut served = accept(&listener);
+    // The controller closes nothing.
+    while served.read(&mut [0; 64]).is_ok_and(|count| count > 0) {}
+    let stream = accept(&listener);
+    Controller { listener, stream }.is_stopped();
+    assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
+}
+
 #[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
 #[test]
 fn a_controller_that_has_ended_the_connection_is_stopped_at_ctrl_c() {

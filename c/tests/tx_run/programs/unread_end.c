@@ -1,0 +1,50 @@
+/* A PC program, in C and C++: turns M1 until I1 is pressed, and fills the pipe of its error output, which nobody reads.
+   Then an assertion fails, in C++ with THROW an exception that nobody catches is thrown, and with AGAIN it becomes itself
+   once more, turns M1 until I2 is pressed, and is killed. */
+#include <assert.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+#include <windows.h>
+#include "ROBO_TX_FW.h"
+#include "ftMscLib.h"
+
+static void fill(int output)
+{
+    int flags = fcntl(output, F_GETFL);
+
+    fcntl(output, F_SETFL, flags | O_NONBLOCK);
+    while (write(output, "x", 1) == 1)
+        ;
+    fcntl(output, F_SETFL, flags);
+}
+
+int main(int count, char **arguments)
+{
+    int is_again = count > 1;
+    DWORD error = 0;
+    INT16 value = 0;
+    BOOL32 overrun;
+    HANDLE device;
+
+    ftxInitLib();
+    device = ftxOpenComDevice("COM4", 38400, &error);
+    if (device == NULL || ftxStartTransferArea(device))
+        return 1;
+    SetOutMotorValues(device, 0, 0, is_again ? 300 : 512, 0);
+    while (value == 0) {
+        Sleep(10);
+        GetInIOValue(device, 0, is_again ? 1 : 0, &value, &overrun);
+    }
+    if (is_again)
+        kill(getpid(), SIGKILL);
+    fill(2);
+#ifdef AGAIN
+    execl(arguments[0], arguments[0], "again", (char *)0);
+#endif
+#ifdef THROW
+    throw 1;
+#endif
+    assert(is_again);
+    return 0;
+}
