@@ -1,5 +1,7 @@
 //! The lessons: each solution passes its check, and what pupils get wrong at first gets a sentence that helps.
 
+mod pupil;
+
 use std::collections::BTreeSet;
 use std::process::{Command, Output};
 use std::sync::Mutex;
