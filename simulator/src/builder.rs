@@ -373,7 +373,7 @@ impl SimulatedTxtBuilder {
             None
         };
         let (idle_limit, write_limit) = (self.idle_limit, WRITE_LIMIT);
-        let i2c = I2cServer { port: i2c_port, idle_limit, write_limit, reserved };
+        let i2c = I2cServer { port: i2c_port, idle_limit, write_limit, missing: None, reserved };
         let mut main_port = port("main", false)?;
         main_port.listen(listener)?;
         let server = Server {

@@ -332,3 +332,19 @@ fn an_extension_that_is_cut_off_stops() {
     assert_eq!(state(&machine), (Some(0.0), false));
     assert_eq!(machine.report(1), None);
 }
+
+#[test]
+fn a_world_that_is_plugged_in_again_is_as_at_its_start() {
+    let world = World::shipped("slide").unwrap();
+    let mut machine = Machine::with_world(0, world.clone()).unwrap();
+    let begin = slide(&machine);
+    assert!(machine.world_mut().unwrap().press(0, Input::I3, true));
+    machine.set_outputs(0, m1(512));
+    machine.step(Duration::from_millis(500));
+    assert!(slide(&machine) > begin);
+    machine.set_outputs(0, m1(0));
+    machine.set_world(&world).unwrap();
+    assert_eq!(slide(&machine), begin);
+    let button = machine.world().unwrap().sensor(0, Input::I3).unwrap();
+    assert_eq!(button.value().value, 0.0);
+}

@@ -9,6 +9,7 @@ mod commands;
 mod find;
 mod guardian;
 mod interrupt;
+mod lesson;
 mod lines;
 mod open_files;
 mod panel;
@@ -59,6 +60,7 @@ enum Tool {
     Watch(watch::Args),
     Classroom(classroom::Args),
     Check(check::Args),
+    Lesson(lesson::Args),
 }
 
 /// Also what completions and manual pages leave out.
@@ -106,8 +108,9 @@ fn run(tool: Tool) -> ExitCode {
         Tool::Simulate(args) => simulate::run(args),
         Tool::Stop(args) => stop::run(args),
         Tool::Watch(args) => return watch(args),
-        Tool::Classroom(args) => classroom::run(args),
-        Tool::Check(args) => check::run(args),
+        Tool::Classroom(args) => classroom::run(&args),
+        Tool::Check(args) => return check(&args),
+        Tool::Lesson(args) => lesson::run(&args),
     })
 }
 
@@ -126,6 +129,11 @@ fn compare(args: recording::compare::Args) -> ExitCode {
 /// Has the exit status of the program that it has started, if it has.
 fn watch(args: watch::Args) -> ExitCode {
     watch::run(args).unwrap_or_else(|error| ended(Err(error)))
+}
+
+/// Has the exit status 2 for words that can't be understood.
+fn check(args: &check::Args) -> ExitCode {
+    check::run(args).unwrap_or_else(|error| ended(Err(error)))
 }
 
 /// Tells an error.

@@ -5,7 +5,7 @@
 
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -53,9 +53,30 @@ pub(crate) enum Reads {
 impl Program {
     /// Starts it. It gets the address of the controller as its last argument.
     pub(crate) fn start(words: &[OsString], address: &str, reads: Reads) -> anyhow::Result<Self> {
+        Self::start_with(words, address, reads, Stdio::inherit())
+    }
+
+    /// The same for a program whose standard error is read here.
+    pub(crate) fn start_heard(
+        words: &[OsString],
+        address: &str,
+        reads: Reads,
+    ) -> anyhow::Result<(Self, ChildStderr)> {
+        let mut program = Self::start_with(words, address, reads, Stdio::piped())?;
+        let heard = program.child.stderr.take().context("the program has no standard error")?;
+        Ok((program, heard))
+    }
+
+    fn start_with(
+        words: &[OsString],
+        address: &str,
+        reads: Reads,
+        stderr: Stdio,
+    ) -> anyhow::Result<Self> {
         let (name, arguments) = words.split_first().context("there is no program")?;
         let mut command = Command::new(name);
         command.args(arguments).arg(address).envs(VARIABLES.map(|name| (name, address)));
+        command.stderr(stderr);
         command.stdin(match reads {
             Reads::Nothing => Stdio::null(),
             Reads::OurInput => Stdio::inherit(),

@@ -1,11 +1,14 @@
 //! `txt classroom`: a controller for each pupil, and a page that looks at all.
 
+use std::fs;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::TransferAreaComHandler;
 use serde_json::json;
 
+use crate::lesson::get;
 use crate::panel::page::{self, is_running, Page};
 use crate::running::Running;
 
@@ -89,4 +92,83 @@ fn a_number_of_pupils_for_whom_there_are_no_ports_is_a_sentence() {
     assert_eq!(output.status.code(), Some(1));
     let said = String::from_utf8(output.stderr).unwrap();
     assert!(said.contains("--port"), "{said}");
+}
+
+/// A classroom with a class, its link for all, and the lines of its pupils.
+fn with_class(arguments: &[&str], folder: &Path) -> (Running, String, Vec<String>) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+    command.args(["classroom", "--class", "7b.toml", "--port", "0"]).args(arguments);
+    let running = Running::start(command.current_dir(folder));
+    let all = running.line().strip_prefix("all ").unwrap().to_owned();
+    let pupils = (0..2).map(|_| running.line()).collect();
+    (running, all, pupils)
+}
+
+fn link_in(line: &str) -> &str {
+    line.split_once(", page ").unwrap().1
+}
+
+#[test]
+fn the_links_of_a_class_stay_when_it_is_started_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let (first, all, pupils) = with_class(&["2"], folder.path());
+    drop(first);
+    let class = folder.path().join("7b.toml");
+    let text = fs::read_to_string(&class).unwrap().replace("TXT 2", "Zoë");
+    fs::write(&class, text + "lesson = 3\n").unwrap();
+
+    let (_running, all_again, pupils_again) = with_class(&["--sheet", "7b.html"], folder.path());
+    assert_eq!(all_again, all);
+    assert_eq!(link_in(&pupils_again[0]), link_in(&pupils[0]));
+    assert!(pupils_again[1].starts_with("pupil 2: Zoë: program "), "{}", pupils_again[1]);
+    let lesson = link_in(&pupils_again[1]);
+    assert_eq!(lesson.replace("/lesson?", "/?"), link_in(&pupils[1]));
+    let sheet = _running.line();
+    assert_eq!(sheet, "sheet 7b.html");
+    let sheet = fs::read_to_string(folder.path().join("7b.html")).unwrap();
+    assert!(sheet.contains("<h2>Zoë</h2>") && sheet.contains(lesson), "{sheet}");
+}
+
+#[test]
+fn a_page_learns_that_its_token_is_not_known() {
+    let classroom = Classroom::start(1);
+    let (address, token) = &classroom.pupils[0].1;
+    let asked = |token: &str| get(address, &format!("/known?token={token}")).0;
+    assert_eq!(asked(token), 204);
+    assert_eq!(asked(&classroom.all.1), 204);
+    assert_eq!(asked("0123456789abcdef0123456789abcdef"), 403);
+}
+
+/// Runs `txt` in a network without a default route, as behind a school's switch. `None` where that is not allowed.
+#[cfg(target_os = "linux")]
+fn without_a_route(arguments: &str) -> Option<Running> {
+    let network = |rest: &str| {
+        let set_up = "ip link set lo up && ip link add school type dummy && ip addr add 192.168.77.5/24 dev school \
+            && ip link set school up";
+        let mut unshare = Command::new("unshare");
+        unshare.args(["--net", "--map-root-user", "sh", "-c", &format!("{set_up} && {rest}")]);
+        unshare.stderr(Stdio::null());
+        unshare
+    };
+    if !network("true").status().is_ok_and(|status| status.success()) {
+        eprintln!("skipped: no network can be made here");
+        return None;
+    }
+    let txt = format!("exec {} {arguments}", env!("CARGO_BIN_EXE_txt"));
+    Some(Running::start(&mut network(&txt)))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn links_work_in_a_network_without_a_default_route() {
+    let class = "classroom 1 --bind 0.0.0.0 --port 0";
+    let Some(classroom) = without_a_route(class) else { return };
+    assert!(classroom.line().starts_with("all http://192.168.77.5:"));
+    let pupil = classroom.line();
+    assert!(pupil.starts_with("pupil 1: program 192.168.77.5:"), "{pupil}");
+    assert!(pupil.contains(", page http://192.168.77.5:"), "{pupil}");
+    let panel = without_a_route("panel --bind 0.0.0.0 --no-browser").unwrap();
+    assert!(panel.line().starts_with("http://127.0.0.1:"));
+    let elsewhere = panel.line();
+    assert!(elsewhere.starts_with("from other computers: http://192.168.77.5:"), "{elsewhere}");
 }

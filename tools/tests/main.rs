@@ -10,6 +10,7 @@ mod ending;
 mod examples;
 mod find;
 mod help;
+mod lesson;
 mod panel;
 mod plot;
 mod program;

@@ -3,7 +3,6 @@
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::prelude::*;
-use ft_transfer_area::tx::InvalidCall;
 
 /// What the traffic light shows. All but green have begun at some time.
 #[derive(Clone, Copy)]
@@ -28,7 +27,7 @@ impl State {
     }
 
     /// Sets all three lamps.
-    fn show(self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
+    fn show(self, area: &mut FishX1Transfer) -> Result<(), Error> {
         let (red, yellow, green) = match self {
             Self::Green => (0, 0, DUTY_MAX),
             Self::Yellow(_) => (0, DUTY_MAX, 0),
@@ -37,7 +36,8 @@ impl State {
         };
         area.set_out_pwm_values(O1, red)?;
         area.set_out_pwm_values(O2, yellow)?;
-        area.set_out_pwm_values(O3, green)
+        area.set_out_pwm_values(O3, green)?;
+        Ok(())
     }
 }
 

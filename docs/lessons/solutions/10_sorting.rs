@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use ft_transfer_area::prelude::*;
-use ft_transfer_area::tx::InvalidCall;
 
 /// The colour sensor measures more without a disc, and less for a white one, in mV.
 const NOTHING: i16 = 2000;
@@ -27,7 +26,7 @@ enum State {
 }
 
 impl State {
-    fn next(self, area: &FishX1Transfer) -> Result<Self, InvalidCall> {
+    fn next(self, area: &FishX1Transfer) -> Result<Self, Error> {
         // There is no light while a disc is in the light barrier.
         let has_disc = |input| area.get_in_io_value_binary(input).map(|light| !light);
         let pulses = area.get_in_cnt_count(C1);
@@ -46,14 +45,15 @@ impl State {
     }
 
     /// Belt, valve and compressor in this state.
-    fn show(self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
+    fn show(self, area: &mut FishX1Transfer) -> Result<(), Error> {
         let runs = !matches!(self, Self::Waits);
         let blows = matches!(self, Self::Blows);
         let compresses = matches!(self, Self::Travels { .. } | Self::Blows);
         let direction = if runs { Direction::Cw } else { Direction::Halt };
         area.set_out_motor_values(M1, DUTY_MAX, direction)?;
         area.set_out_pwm_values(O3, if blows { DUTY_MAX } else { 0 })?;
-        area.set_out_pwm_values(O4, if compresses { DUTY_MAX } else { 0 })
+        area.set_out_pwm_values(O4, if compresses { DUTY_MAX } else { 0 })?;
+        Ok(())
     }
 }
 

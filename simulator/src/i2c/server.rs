@@ -67,12 +67,17 @@ pub(crate) fn answer(bytes: &[u8], bus: &mut super::I2cBus) -> Result<Vec<u8>, S
     Ok(response(bus.transfer(address, &write, read)))
 }
 
+/// Requests for missing devices within this time of each other get one warning.
+const SERIES: Duration = Duration::from_secs(5);
+
 /// Serves one I2C client after another.
 pub(crate) struct I2cServer {
     pub(crate) port: Port,
     pub(crate) idle_limit: Duration,
     /// [`WRITE_LIMIT`](crate::server::port::WRITE_LIMIT), and less in a test.
     pub(crate) write_limit: Duration,
+    /// When a device was missing last.
+    pub(crate) missing: Option<Instant>,
     /// Its port, if it refuses clients as the firmware does.
     pub(crate) reserved: Option<Reserved>,
 }
@@ -150,7 +155,13 @@ impl I2cServer {
             Some(read) => log::info!("{request:02x?}: {write:02x?} written, {read:02x?} read"),
             // Clients hold the connection open by requests for nothing.
             None if write.is_empty() && request.read == 0 => {}
-            None => log::warn!("no I2C device with the address {address:#04x} answers"),
+            // A program that looks for devices asks for all addresses.
+            None if self.missing.replace(Instant::now()).is_some_and(|last| last.elapsed() < SERIES) => {
+                log::info!("no I2C device with the address {address:#04x} answers");
+            }
+            None => log::warn!(
+                "no I2C device with the address {address:#04x} answers; others that follow soon are not named"
+            ),
         }
         link.write_all(&mut self.port, &response(read), Some(self.write_limit), |_| Ok(()))
     }
@@ -226,6 +237,7 @@ mod tests {
         let mut server = I2cServer {
             port: Port::new(shared, "I2C", false).unwrap(),
             idle_limit: Duration::MAX,
+            missing: None,
             write_limit: Duration::from_millis(100),
             reserved: None,
         };

@@ -134,13 +134,7 @@ impl Machine {
     /// A machine with a checked world, and the floor that it may share with others.
     pub(crate) fn on_floor(extensions: usize, world: &World, floor: Option<OwnFloor>) -> Self {
         let mut machine = Self::new(extensions);
-        machine.world = Some(WorldState::new(world, floor, &mut machine.controllers));
-        for device in &world.i2c {
-            let registers = machine.i2c.device(device.address);
-            for (register, value) in &device.registers {
-                registers[usize::from(*register)] = *value;
-            }
-        }
+        machine.plug_in(world, floor);
         machine
     }
 
@@ -152,6 +146,29 @@ impl Machine {
     /// The world, to press buttons and change sensors; `None` for a machine without one.
     pub fn world_mut(&mut self) -> Option<&mut WorldState> {
         self.world.as_mut()
+    }
+
+    /// Unplugs the world and plugs in this one, as it is at its start. What the controllers remember stays: counters,
+    /// configurations, and the ids of commands.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::World`] when the world has a value out of its range, or its parts don't fit.
+    pub fn set_world(&mut self, world: &World) -> Result<(), Error> {
+        world.check()?;
+        self.plug_in(world, OwnFloor::alone(world));
+        Ok(())
+    }
+
+    fn plug_in(&mut self, world: &World, floor: Option<OwnFloor>) {
+        self.world = Some(WorldState::new(world, floor, &mut self.controllers));
+        self.i2c = I2cBus::default();
+        for device in &world.i2c {
+            let registers = self.i2c.device(device.address);
+            for (register, value) in &device.registers {
+                registers[usize::from(*register)] = *value;
+            }
+        }
     }
 
     /// Gives outputs to the controller with this index (0 the master), as an exchange does.

@@ -79,3 +79,17 @@ fn end_well(program: Program) -> String {
     assert_eq!(warned, None, "{log}");
     log
 }
+
+/// In a class the warnings would scroll the links of all pupils away.
+#[test]
+fn a_search_for_i2c_devices_is_one_warning() {
+    let program = Program::start(&["--world", "default"]);
+    let own = own::Own::begin(&program, Exchange::Simple);
+    let mut i2c = own.handler.i2c().unwrap();
+    let answer = (0x08..0x78).filter(|device| i2c.read(*device, 0, &mut [0]).is_ok());
+    assert_eq!(answer.collect::<Vec<u8>>(), [0x18]);
+    own.end();
+    let log = program.interrupt();
+    let warnings: Vec<_> = log.lines().filter(|line| line.contains("WARN")).collect();
+    assert!(matches!(warnings[..], [one] if one.contains("0x08")), "{warnings:#?}");
+}

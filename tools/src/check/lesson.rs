@@ -5,12 +5,16 @@ use ft_transfer_area_simulator::world::World;
 
 use super::lessons;
 use super::stage::Stage;
-use super::words::{Check, Words};
+use super::words::{Check, Language, Words};
 
 pub(super) struct Lesson {
     pub(super) number: u8,
     pub(super) name: &'static str,
+    /// Its German name, which is that of the pupil's program.
+    german: &'static str,
     pub(super) title: Words,
+    /// Its document, in English and in German.
+    pub(super) document: (&'static str, &'static str),
     /// Its world, as the text of a file.
     pub(super) world: &'static str,
     /// What a program has to do. The first thing that it does wrong ends the check.
@@ -18,35 +22,50 @@ pub(super) struct Lesson {
 }
 
 macro_rules! lessons {
-    ($($number:literal $module:ident $world:literal $en:literal $de:literal)+) => {
+    ($($number:literal $module:ident $german:ident $en_name:literal $de_name:literal $en:literal $de:literal)+) => {
         pub(super) static LESSONS: &[Lesson] = &[$(Lesson {
             number: $number,
             name: stringify!($module),
+            german: stringify!($german),
             title: Words::fixed($en, $de),
-            world: include_str!(concat!("../../../docs/lessons/worlds/", $world)),
+            document: (
+                include_str!(concat!("../../../docs/lessons/en/", $en_name, ".md")),
+                include_str!(concat!("../../../docs/lessons/de/", $de_name, ".md")),
+            ),
+            world: include_str!(concat!("../../../docs/lessons/worlds/", $en_name, ".toml")),
             check: lessons::$module::check,
         }),+];
     };
 }
 
 lessons! {
-    1 lamp "01-lamp.toml" "a lamp" "eine Lampe"
-    2 blink "02-blink.toml" "blinking" "blinken"
-    3 motor "03-motor.toml" "a motor in both directions" "ein Motor in beide Richtungen"
-    4 end_switch "04-end-switch.toml" "stop at the end switch" "am Endschalter anhalten"
-    5 counter "05-counter.toml" "count pulses" "Impulse zählen"
-    6 distance "06-distance.toml" "drive a distance" "eine Strecke fahren"
-    7 thermostat "07-thermostat.toml" "a thermostat" "ein Thermostat"
-    8 traffic_light "08-traffic-light.toml" "a traffic light" "eine Ampel"
-    9 gate "09-gate.toml" "a gate that stops at any time" "ein Tor, das jederzeit anhält"
-    10 sorting "10-sorting.toml" "a sorting line" "eine Sortierstrecke"
+    1 lamp lampe "01-lamp" "01-lampe" "a lamp" "eine Lampe"
+    2 blink blinken "02-blink" "02-blinken" "blinking" "blinken"
+    3 motor motor "03-motor" "03-motor" "a motor in both directions" "ein Motor in beide Richtungen"
+    4 end_switch endschalter "04-end-switch" "04-endschalter" "stop at the end switch" "am Endschalter anhalten"
+    5 counter zaehler "05-counter" "05-zaehler" "count pulses" "Impulse zählen"
+    6 distance strecke "06-distance" "06-strecke" "drive a distance" "eine Strecke fahren"
+    7 thermostat thermostat "07-thermostat" "07-thermostat" "a thermostat" "ein Thermostat"
+    8 traffic_light ampel "08-traffic-light" "08-ampel" "a traffic light" "eine Ampel"
+    9 gate tor "09-gate" "09-tor" "a gate that stops at any time" "ein Tor, das jederzeit anhält"
+    10 sorting sortierstrecke "10-sorting" "10-sortierstrecke" "a sorting line" "eine Sortierstrecke"
 }
 
 impl Lesson {
-    /// The lesson with this number or name.
+    /// The lesson with this number, or with this name in any language.
     pub(super) fn find(text: &str) -> Option<&'static Self> {
-        let is_meant = |lesson: &&Self| lesson.name == text || lesson.number.to_string() == text;
+        let text = text.to_lowercase().replace('-', "_").replace('ä', "ae");
+        let is_meant = |lesson: &&Self| {
+            [lesson.name, lesson.german].contains(&&*text) || lesson.number.to_string() == text
+        };
         LESSONS.iter().find(is_meant)
+    }
+
+    pub(super) fn name_in(&self, language: Language) -> &'static str {
+        match language {
+            Language::En => self.name,
+            Language::De => self.german,
+        }
     }
 
     /// The lesson whose world has this name.

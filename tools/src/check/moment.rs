@@ -1,25 +1,46 @@
 //! What the controller had at one exchange.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::tx::{Motor, Output};
 use ft_transfer_area_simulator::Machine;
+
+/// How much of a pause between two exchanges certainly was the program's time. They come each 10 ms; in a longer pause
+/// the computer may have stood still, and the program with it.
+const COUNTED: Duration = Duration::from_millis(50);
 
 /// The outputs and the positions of slides at one exchange.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moment {
     /// The time of the machine.
     pub(super) at: Duration,
+    /// The time of the clock, which goes on when the machine waits for a program that stands still.
+    pub(super) clock: Instant,
+    /// The time without what was too long in the pauses between exchanges.
+    pub(super) counted: Duration,
     duty: [i16; 8],
     /// How far the slide of each motor has gone, in pulses; 0 without one.
     ways: [f64; 4],
 }
 
 impl Moment {
-    pub(super) fn of(machine: &Machine) -> Self {
+    /// The present one, after `before`.
+    pub(super) fn of(machine: &Machine, before: Option<&Self>) -> Self {
         let way = |motor| machine.world().and_then(|world| world.slide(0, motor)).unwrap_or(0.0);
         let duty = machine.controllers[0].outputs.duty;
-        Self { at: machine.time(), duty, ways: Motor::ALL.map(way) }
+        let at = machine.time();
+        let counted = before.map_or(Duration::ZERO, |before| {
+            before.counted + at.saturating_sub(before.at).min(COUNTED)
+        });
+        Self { at, clock: Instant::now(), counted, duty, ways: Motor::ALL.map(way) }
+    }
+
+    /// How long it took from an earlier moment to this one.
+    pub(super) fn since(&self, earlier: &Self) -> Lasted {
+        Lasted {
+            least: self.counted.saturating_sub(earlier.counted).as_secs_f64(),
+            most: self.clock.saturating_duration_since(earlier.clock).as_secs_f64(),
+        }
     }
 
     /// The duty of an output, 0 to 512.
@@ -51,5 +72,49 @@ impl Moment {
     pub(super) fn outputs_on(&self) -> String {
         let on = Output::ALL.into_iter().filter(|output| self.is_on(*output));
         on.map(|output| output.to_string()).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// How long something lasted, in seconds. When the computer stood still meanwhile, the time for the program is somewhere
+/// between the two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lasted {
+    pub(super) least: f64,
+    pub(super) most: f64,
+}
+
+impl Lasted {
+    /// The time if it is certainly shorter or longer than this.
+    pub(super) fn outside(self, least: f64, most: f64) -> Option<f64> {
+        if self.least > most {
+            return Some(self.least);
+        }
+        (self.most < least).then_some(self.most)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_in_which_the_computer_stood_still_is_not_certain() {
+        let lasted = |least, most| Lasted { least, most }.outside(0.3, 0.8);
+        assert_eq!(lasted(0.5, 0.5), None);
+        assert_eq!(lasted(0.51, 0.97), None);
+        assert_eq!(lasted(0.1, 0.4), None);
+        assert_eq!(lasted(0.97, 0.98), Some(0.97));
+        assert_eq!(lasted(0.1, 0.2), Some(0.2));
+    }
+
+    #[test]
+    fn a_long_pause_between_two_exchanges_counts_little() {
+        let mut machine = Machine::new(0);
+        let first = Moment::of(&machine, None);
+        machine.step(Duration::from_millis(10));
+        let second = Moment::of(&machine, Some(&first));
+        machine.step(Duration::from_millis(700));
+        let third = Moment::of(&machine, Some(&second));
+        assert_eq!(third.since(&first).least, 0.06);
     }
 }

@@ -2,20 +2,19 @@
 //!
 //! Every exchange is kept, so nothing is missed while a check is busy. Times are those of the machine.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::ffi::OsString;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::tx::Input;
 use ft_transfer_area_simulator::world::{Sensor, World, WorldState};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
+use super::heard::{Heard, GUARD};
 use super::moment::Moment;
-use super::words::{Check, Language, Words, Wrong};
-use super::Args;
-use crate::panel::pages::{self, Simulated};
-use crate::print;
+use super::report::Report;
+use super::txt::Txt;
+use super::words::{Check, Words, Wrong};
 use crate::program::{Program, Reads};
-use crate::web::browser::Opening;
 
 /// How long a program has to answer an input. Much longer than it needs on a busy computer.
 const SOON: Duration = Duration::from_secs(2);
@@ -30,74 +29,109 @@ const SILENCE_LIMIT: Duration = Duration::from_secs(10);
 /// How often to look whether the program still runs.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// The exchanges since the start.
-#[derive(Clone, Default)]
-struct Log(Arc<Mutex<Vec<Moment>>>);
-
-impl Log {
-    fn lock(&self) -> MutexGuard<'_, Vec<Moment>> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+/// A longer pause between two exchanges, which come each 10 ms, is none of the program: the computer stood still.
+const STANDSTILL: Duration = Duration::from_millis(200);
+impl Drop for Stage<'_> {
+    fn drop(&mut self) {
+        self.txt.log.begin(false);
     }
 }
 
-pub(super) struct Stage {
-    // The program ends before its controller does.
-    program: Program,
-    txts: Arc<Vec<(String, SimulatedTxt)>>,
-    log: Log,
-    /// The number of exchanges before the last thing that was done to the machine.
-    mark: usize,
-    /// What is being tried.
-    step: Option<Words>,
-    language: Language,
-    /// What leads the browser to the page.
-    _opening: Opening,
+/// Whose program drives.
+enum Driver {
+    /// It was started here, and ends with the check.
+    Own { program: Program, heard: Heard },
+    /// Somebody starts it elsewhere.
+    Guest,
 }
 
-impl Stage {
-    pub(super) fn set(world: World, args: &Args, language: Language) -> anyhow::Result<Self> {
-        let log = Log::default();
-        let kept = log.clone();
-        let keep = move |machine: &mut Machine| kept.lock().push(Moment::of(machine));
-        let txt = SimulatedTxt::builder().world(world.clone()).on_exchange(keep).start()?;
-        let address = txt.address().to_string();
-        let txts = Arc::new(vec![(String::new(), txt)]);
-        let mut opening = Opening::default();
-        if args.show {
-            let shown = Simulated::all(&txts, vec![Some(world)]);
-            let (url, kept) = pages::show(shown, !args.no_browser)?;
-            print::line(format_args!("page {url}"))?;
-            opening = kept;
-        }
-        let program = Program::start(&args.program, &address, Reads::Nothing)?;
-        Ok(Self { program, txts, log, mark: 0, step: None, language, _opening: opening })
+pub(super) struct Stage<'a> {
+    // The program ends before its controller does.
+    driver: Driver,
+    txt: Txt,
+    report: &'a Report,
+    /// The number of exchanges before the last thing that was done to the machine.
+    mark: usize,
+    /// When it was seen that the program has ended with an error, such as that of a connection that was lost because it
+    /// stood still.
+    failed: Option<Instant>,
+    /// Whether somebody wants to end the check.
+    is_over: &'a dyn Fn() -> bool,
+}
+
+impl<'a> Stage<'a> {
+    /// A stage for this program, which is started now, in this world.
+    pub(super) fn set(
+        txt: Txt,
+        world: &World,
+        program: &[OsString],
+        report: &'a Report,
+    ) -> anyhow::Result<Self> {
+        Self::clear(&txt, world)?;
+        let address = txt.txt().address().to_string();
+        let (program, stderr) = Program::start_heard(program, &address, Reads::Nothing)?;
+        let driver = Driver::Own { program, heard: Heard::listen(stderr)? };
+        Ok(Self { driver, txt, report, mark: 0, failed: None, is_over: &|| false })
+    }
+
+    /// A stage for a program that somebody starts elsewhere.
+    pub(super) fn for_guest(
+        txt: Txt,
+        world: &World,
+        report: &'a Report,
+        is_over: &'a dyn Fn() -> bool,
+    ) -> anyhow::Result<Self> {
+        Self::clear(&txt, world)?;
+        Ok(Self { driver: Driver::Guest, txt, report, mark: 0, failed: None, is_over })
+    }
+
+    /// The world as it is at its start, and no exchange yet.
+    fn clear(txt: &Txt, world: &World) -> anyhow::Result<()> {
+        txt.set_world(world)?;
+        txt.log.begin(true);
+        Ok(())
     }
 
     fn txt(&self) -> &SimulatedTxt {
-        &self.txts[0].1
+        self.txt.txt()
     }
 
     /// Begins the next step. The one before was right.
     pub(super) fn step(&mut self, en: &'static str, de: &'static str) {
-        self.end_step(true);
-        self.step = Some(Words::fixed(en, de));
+        self.report.end_step(true);
+        self.report.step(Words::fixed(en, de));
     }
 
-    /// Tells how the present step went.
-    pub(super) fn end_step(&mut self, is_right: bool) {
-        let Some(step) = self.step.take() else { return };
-        let sign = match (is_right, self.language) {
-            (true, Language::En | Language::De) => "ok",
-            (false, Language::En) => "wrong",
-            (false, Language::De) => "falsch",
-        };
-        // A step that can't be printed is no reason to stop; the result says it.
-        let _ = print::line(format_args!("  {sign:6}  {}", step.text(self.language)));
+    /// What is wrong, with what the program itself has said of it.
+    pub(super) fn explain(&self, wrong: Wrong) -> Wrong {
+        let Driver::Own { heard, .. } = &self.driver else { return wrong };
+        if wrong.is_an_error() {
+            heard.wait();
+            return match heard.advice() {
+                Some(advice) => wrong.advise(advice),
+                None => wrong,
+            };
+        }
+        if heard.warned_of_guard() {
+            return wrong.advise(GUARD);
+        }
+        wrong
+    }
+
+    /// How long the computer stood still between two exchanges, if it did.
+    pub(super) fn stood_still(&self) -> Option<Duration> {
+        let kept = self.txt.log.lock();
+        let clocks: Vec<_> =
+            kept.moments.iter().map(|moment| moment.clock).chain(self.failed).collect();
+        let pauses = clocks.windows(2).map(|two| two[1].saturating_duration_since(two[0]));
+        pauses.max().filter(|pause| *pause > STANDSTILL)
     }
 
     /// Waits until the program is online and exchanges.
     pub(super) fn wait_online(&mut self) -> Check {
-        self.await_exchange(0, START_LIMIT)
+        self.await_exchange(0, START_LIMIT)?;
+        self.report.runs();
+        Ok(())
     }
 
     /// Presses or releases a button.
@@ -126,10 +160,10 @@ impl Stage {
 
     /// Changes the world. What comes from then on is the program's answer.
     pub(super) fn change<R>(&mut self, change: impl FnOnce(&mut WorldState) -> R) -> Option<R> {
-        let log = &self.log;
-        let (done, mark) = self.txts[0].1.with_machine(|machine| {
+        let log = &self.txt.log;
+        let (done, mark) = self.txt().with_machine(|machine| {
             // No exchange takes place in between.
-            let mark = log.lock().len();
+            let mark = log.len();
             (machine.world_mut().map(change), mark)
         });
         self.mark = mark;
@@ -187,9 +221,9 @@ impl Stage {
         Ok(())
     }
 
-    /// All exchanges so far. No other takes place while this is held.
-    pub(super) fn log(&self) -> MutexGuard<'_, Vec<Moment>> {
-        self.log.lock()
+    /// All exchanges so far.
+    pub(super) fn log(&self) -> Vec<Moment> {
+        self.txt.log.lock().moments.clone()
     }
 
     /// All exchanges from the present on, until the last of them satisfies this or the time has passed. The second
@@ -202,15 +236,15 @@ impl Stage {
         let from = self.mark;
         let (index, found) = self.scan(from, limit, 0, until)?;
         self.mark = index;
-        Ok((self.log()[from..=index].to_vec(), found))
+        Ok((self.txt.log.lock().moments[from..=index].to_vec(), found))
     }
 
     /// Waits until the program ends. Returns whether it ends without an error, or `None` when it goes on.
     pub(super) fn wait_end(&mut self, limit: Duration) -> Check<Option<bool>> {
         let begin = Instant::now();
         while begin.elapsed() < limit {
-            if let Some(status) = self.program.ended().map_err(lost)? {
-                return Ok(Some(status.success()));
+            if let Some(well) = self.ended()? {
+                return Ok(Some(well));
             }
             std::thread::sleep(LOOK);
         }
@@ -218,12 +252,12 @@ impl Stage {
     }
 
     fn exchanges(&self) -> usize {
-        self.log.lock().len()
+        self.txt.log.len()
     }
 
     /// An exchange that has taken place.
     fn moment(&self, index: usize) -> Moment {
-        self.log.lock()[index]
+        self.txt.log.lock().moments[index]
     }
 
     /// Goes from exchange to exchange until one satisfies this, or until so much time and so many exchanges have
@@ -236,14 +270,14 @@ impl Stage {
         mut until: impl FnMut(&Moment) -> bool,
     ) -> Check<(usize, bool)> {
         self.await_exchange(from, SILENCE_LIMIT)?;
-        let begin = self.moment(from).at;
+        let begin = self.moment(from).counted;
         let mut index = from;
         loop {
             let now = self.moment(index);
             if until(&now) {
                 return Ok((index, true));
             }
-            if now.at.saturating_sub(begin) >= limit && index - from >= least {
+            if now.counted.saturating_sub(begin) >= limit && index - from >= least {
                 return Ok((index, false));
             }
             index += 1;
@@ -251,19 +285,39 @@ impl Stage {
         }
     }
 
+    /// Whether the program has ended without an error; `None` while it runs.
+    fn ended(&mut self) -> Check<Option<bool>> {
+        match &mut self.driver {
+            Driver::Own { program, .. } => {
+                Ok(program.ended().map_err(lost)?.map(|status| status.success()))
+            }
+            // Nobody knows whether it has ended well, but it is gone.
+            Driver::Guest => {
+                let is_gone = self.exchanges() > 0 && !self.txt.is_online();
+                Ok(is_gone.then_some(true))
+            }
+        }
+    }
+
     /// Waits until this exchange has taken place.
     fn await_exchange(&mut self, index: usize, limit: Duration) -> Check {
         let begin = Instant::now();
         loop {
-            let log = &self.log;
-            let is_there = |_: &Machine| log.lock().len() > index;
-            if self.txts[0].1.wait_until(is_there, LOOK) {
+            if (self.is_over)() {
+                return Err(Wrong::new("The check was ended.", "Die Prüfung wurde beendet."));
+            }
+            let log = &self.txt.log;
+            let is_there = |_: &Machine| log.len() > index;
+            if self.txt().wait_until(is_there, LOOK) {
                 return Ok(());
             }
-            if let Some(status) = self.program.ended().map_err(lost)? {
-                return Err(ended(status.success(), self.exchanges() > 0));
+            if let Some(well) = self.ended()? {
+                self.failed = (!well).then(Instant::now);
+                return Err(ended(well, self.exchanges() > 0));
             }
-            if begin.elapsed() > limit {
+            // A guest may take its time to begin.
+            let may_wait = matches!(self.driver, Driver::Guest) && index == 0;
+            if begin.elapsed() > limit && !may_wait {
                 return Err(silent(index == 0));
             }
         }
@@ -293,6 +347,7 @@ fn ended(well: bool, was_online: bool) -> Wrong {
             "The program ended with an error before it was online. Its message is above.",
             "Das Programm endete mit einem Fehler, bevor es verbunden war. Die Meldung steht weiter oben.",
         )
+        .of_an_error()
         .hint(
             "the address comes as an argument: std::env::args().nth(1).",
             "Die Adresse kommt als Argument: std::env::args().nth(1).",
@@ -300,7 +355,8 @@ fn ended(well: bool, was_online: bool) -> Wrong {
         (false, true) => Wrong::new(
             "The program ended with an error. Its message is above.",
             "Das Programm endete mit einem Fehler. Die Meldung steht weiter oben.",
-        ),
+        )
+        .of_an_error(),
     }
 }
 

@@ -3,6 +3,9 @@
 use std::borrow::Cow;
 
 use clap::ValueEnum;
+use serde_json::{json, Value};
+
+use crate::panel::course::Both;
 
 /// The languages of lessons and their checks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -15,7 +18,7 @@ pub(crate) enum Language {
 
 impl Language {
     /// German where the system speaks it, otherwise English.
-    pub(super) fn of_system() -> Self {
+    pub(crate) fn of_system() -> Self {
         match sys_locale::get_locale() {
             Some(locale) if locale.to_lowercase().starts_with("de") => Self::De,
             _ => Self::En,
@@ -50,6 +53,11 @@ impl Words {
             Language::De => &self.de,
         }
     }
+
+    /// Both, for a page.
+    pub(super) fn json(&self) -> Value {
+        json!({"en": self.en, "de": self.de})
+    }
 }
 
 /// What is still wrong, and what may help.
@@ -57,27 +65,65 @@ impl Words {
 pub(super) struct Wrong {
     what: Words,
     hint: Option<Words>,
+    /// Why it may be no fault of the program.
+    note: Option<Box<Words>>,
+    /// Whether the program has ended with an error, whose message says more.
+    is_an_error: bool,
 }
 
 impl Wrong {
     pub(super) fn new(en: impl Into<Cow<'static, str>>, de: impl Into<Cow<'static, str>>) -> Self {
-        Self { what: Words::new(en, de), hint: None }
+        Self { what: Words::new(en, de), hint: None, note: None, is_an_error: false }
     }
 
     /// Adds what may help.
-    pub(super) fn hint(mut self, en: &'static str, de: &'static str) -> Self {
-        self.hint = Some(Words::fixed(en, de));
+    pub(super) fn hint(self, en: &'static str, de: &'static str) -> Self {
+        self.advise(Words::fixed(en, de))
+    }
+
+    /// The program has ended with an error.
+    pub(super) fn of_an_error(mut self) -> Self {
+        self.is_an_error = true;
         self
     }
 
+    pub(super) fn is_an_error(&self) -> bool {
+        self.is_an_error
+    }
+
+    /// The same in place of an earlier hint.
+    pub(super) fn advise(mut self, hint: Words) -> Self {
+        self.hint = Some(hint);
+        self
+    }
+
+    /// Adds why it may be no fault of the program.
+    pub(super) fn note(mut self, note: Words) -> Self {
+        self.note = Some(Box::new(note));
+        self
+    }
+
+    /// What is wrong, in both languages.
+    pub(super) fn both(&self) -> Both {
+        let text = |language| self.what.text(language).to_owned();
+        Both { en: text(Language::En), de: text(Language::De) }
+    }
+
+    /// What is wrong and what may help, for a page.
+    pub(super) fn json(&self) -> Value {
+        let json = |words: Option<&Words>| words.map(Words::json);
+        json!({"what": self.what.json(), "hint": json(self.hint.as_ref()), "note": json(self.note.as_deref())})
+    }
+
     pub(super) fn text(&self, language: Language) -> String {
-        let what = self.what.text(language);
-        let Some(hint) = &self.hint else { return what.to_owned() };
         let begin = match language {
             Language::En => "Hint",
             Language::De => "Tipp",
         };
-        format!("{what}\n{begin}: {}", hint.text(language))
+        let hint = self.hint.as_ref().map(|hint| format!("{begin}: {}", hint.text(language)));
+        let note = self.note.as_ref().map(|note| note.text(language).to_owned());
+        let what = self.what.text(language).to_owned();
+        [Some(what), hint, note].into_iter().flatten().collect::<Vec<_>>().join("\n")
     }
 }
 

@@ -7,6 +7,7 @@ use serde_json::{json, Value};
 
 use super::common::Common;
 use super::control_lock::PageId;
+use super::course::Course;
 use super::host::Host;
 use super::order::only_looks;
 use super::problem::Problem;
@@ -19,12 +20,19 @@ pub(crate) struct Panel {
     pub(crate) hosts: Vec<Host>,
     pub(crate) common: Arc<Common>,
     pub(crate) access: Arc<Access>,
+    /// The lesson that goes with the first controller.
+    pub(crate) course: Option<Arc<dyn Course>>,
     pages: AtomicU64,
 }
 
 impl Panel {
     pub(crate) fn new(hosts: Vec<Host>, common: Arc<Common>, access: Arc<Access>) -> Self {
-        Self { hosts, common, access, pages: AtomicU64::new(0) }
+        Self { hosts, common, access, course: None, pages: AtomicU64::new(0) }
+    }
+
+    /// The same with a lesson.
+    pub(crate) fn with_course(self, course: Option<Arc<dyn Course>>) -> Self {
+        Self { course, ..self }
     }
 
     /// A number for one more page.

@@ -13,6 +13,8 @@ use sha2::{Digest, Sha256};
 use super::bundle;
 
 const DOCUMENT: &str = include_str!("page/index.html");
+const LESSON_DOCUMENT: &str = include_str!("page/lesson.html");
+const LESSON_STYLE: &str = include_str!("page/lesson.css");
 const STYLE: &str = include_str!("page/panel.css");
 /// It comes before all others, and works without them.
 const STOP: &str = include_str!("page/stop.js");
@@ -20,18 +22,19 @@ pub(super) const ICON: &str = include_str!("page/icon.svg");
 
 macro_rules! modules {
     ($($name:literal),+ $(,)?) => {
-        const MODULES: &[(&str, &str)] = &[$(($name, include_str!(concat!("page/", $name)))),+];
+        &[$(($name, include_str!(concat!("page/", $name)))),+]
     };
 }
 
 // Each after those that it imports.
-modules!(
+const MODULES: &[(&str, &str)] = modules!(
     "dom.js",
     "trace.js",
     "state.js",
     "words.js",
     "remember.js",
     "connection.js",
+    "admission.js",
     "control_lock.js",
     "inputs.js",
     "counters.js",
@@ -53,7 +56,14 @@ modules!(
     "panel.js",
 );
 
-/// The page, ready to be sent.
+/// What the page of a lesson has after the modules of the panel that it uses.
+const LESSON_MODULES: &[(&str, &str)] = modules!("lesson.js");
+/// It comes before all others.
+const TOKEN_MODULE: &[(&str, &str)] = modules!("token.js");
+/// The first module of the panel that the page of a lesson does not use, nor those after it.
+const AFTER_LESSON: &str = "overview.js";
+
+/// A page, ready to be sent.
 pub(super) struct Page {
     pub(super) html: Bytes,
     pub(super) gzip: Bytes,
@@ -62,13 +72,32 @@ pub(super) struct Page {
 }
 
 impl Page {
-    pub(super) fn new() -> anyhow::Result<Self> {
+    /// The page of the panel.
+    pub(super) fn panel() -> anyhow::Result<Self> {
         let mut html = unix_lines(DOCUMENT);
         let style = put(&mut html, "<link rel=\"stylesheet\" href=\"panel.css\">", "style", STYLE)?;
         let stop = put(&mut html, "<script src=\"stop.js\"></script>", "script", STOP)?;
         let link = "<script type=\"module\" src=\"panel.js\"></script>";
         let panel = put(&mut html, link, "script type=\"module\"", &bundle::bundle(MODULES)?)?;
         let policy = format!("script-src {stop} {panel}; style-src {style}");
+        Self::ready(html, policy)
+    }
+
+    /// The page of a lesson.
+    pub(super) fn lesson() -> anyhow::Result<Self> {
+        let mut html = unix_lines(LESSON_DOCUMENT);
+        let style = put(&mut html, "<link rel=\"stylesheet\" href=\"panel.css\">", "style", STYLE)?;
+        let link = "<link rel=\"stylesheet\" href=\"lesson.css\">";
+        let own_style = put(&mut html, link, "style", LESSON_STYLE)?;
+        let used = MODULES.iter().take_while(|(name, _)| *name != AFTER_LESSON);
+        let modules: Vec<_> =
+            TOKEN_MODULE.iter().chain(used).chain(LESSON_MODULES).copied().collect();
+        let link = "<script type=\"module\" src=\"lesson.js\"></script>";
+        let script = put(&mut html, link, "script type=\"module\"", &bundle::bundle(&modules)?)?;
+        Self::ready(html, format!("script-src {script}; style-src {style} {own_style}"))
+    }
+
+    fn ready(html: String, policy: String) -> anyhow::Result<Self> {
         Ok(Self { gzip: gzip(html.as_bytes())?.into(), html: html.into(), policy })
     }
 }
@@ -102,7 +131,7 @@ mod tests {
 
     #[test]
     fn the_page_is_whole_and_loads_only_its_icon() {
-        let page = Page::new().unwrap();
+        let page = Page::panel().unwrap();
         let html = std::str::from_utf8(&page.html).unwrap();
         assert_eq!((html.matches("<script").count(), html.matches("<style").count()), (2, 1));
         let loaded: Vec<_> = html

@@ -10,6 +10,7 @@ use tokio::sync::watch;
 
 use super::camera::{self, Camera};
 use super::common::{spawn, Common};
+use super::course::Course;
 use super::i2c;
 use super::order::{not_connected, only_looks, Order};
 use super::problem::Problem;
@@ -159,6 +160,11 @@ impl Host {
             driven: None,
             ended: self.ended.clone(),
         }
+    }
+
+    /// The lesson of its pupil.
+    pub(crate) fn course(&self) -> Option<Arc<dyn Course>> {
+        self.simulated.as_ref()?.course()
     }
 
     /// Whether a page may press buttons of its world.

@@ -5,6 +5,7 @@ mod camera;
 mod common;
 mod connection;
 mod control_lock;
+pub(crate) mod course;
 mod dispatch;
 mod files;
 mod floor;

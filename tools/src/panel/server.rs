@@ -12,10 +12,12 @@ use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
-use axum::{Extension, Router};
+use axum::{Extension, Json, Router};
+use serde_json::Value;
 use tokio::sync::Semaphore;
 
 use super::connection;
+use super::course::Course;
 use super::dispatch::Panel;
 use super::files::{Page, ICON};
 use crate::web::access::{Asked, Refusal, TOO_MANY, WRONG_HOST};
@@ -38,6 +40,7 @@ struct Server {
     /// Each for those who have its token.
     panels: Arc<[Arc<Panel>]>,
     page: Arc<Page>,
+    lesson: Arc<Page>,
     pages: Arc<Semaphore>,
     viewers: Arc<Semaphore>,
 }
@@ -46,7 +49,8 @@ struct Server {
 pub(super) fn router(panels: impl IntoIterator<Item = Arc<Panel>>) -> anyhow::Result<Router> {
     let server = Server {
         panels: panels.into_iter().collect(),
-        page: Arc::new(Page::new()?),
+        page: Arc::new(Page::panel()?),
+        lesson: Arc::new(Page::lesson()?),
         pages: Arc::new(Semaphore::new(PAGES)),
         viewers: Arc::new(Semaphore::new(VIEWERS)),
     };
@@ -54,6 +58,12 @@ pub(super) fn router(panels: impl IntoIterator<Item = Arc<Panel>>) -> anyhow::Re
     let router = Router::new()
         .route("/", get(page))
         .route("/icon.svg", get(icon))
+        .route("/known", get(known))
+        .route("/lesson", get(lesson))
+        .route("/lesson/state", get(lesson_state))
+        .route("/lesson/check", post(lesson_check))
+        .route("/lesson/end", post(lesson_end))
+        .route("/lesson/go/{number}", post(lesson_go))
         .route("/ws", any(open_page))
         .route("/stop", post(stop))
         .route("/camera/{host}", get(camera))
@@ -76,6 +86,11 @@ impl Server {
         Err(refusal)
     }
 
+    /// The lesson that a request is for.
+    fn course(&self, headers: &HeaderMap, asked: &Asked) -> Result<&dyn Course, Refusal> {
+        self.panel(headers, asked)?.course.as_deref().ok_or(NO_FILE)
+    }
+
     /// The address that the browser used, if it is one of this server.
     fn host(&self, headers: &HeaderMap) -> Option<String> {
         self.panels.iter().find_map(|panel| panel.access.host(headers)).map(str::to_owned)
@@ -92,11 +107,12 @@ async fn check(State(server): State<Server>, request: Request, next: Next) -> Re
     let Some(host) = server.host(request.headers()) else {
         return WRONG_HOST.into_response();
     };
+    let is_lesson = request.uri().path() == "/lesson";
+    let policy = if is_lesson { &server.lesson.policy } else { &server.page.policy };
     let mut response = next.run(request).await;
     let policy = format!(
-        "default-src 'none'; {}; img-src 'self'; connect-src 'self' ws://{host}; base-uri 'none'; \
-         form-action 'none'; frame-ancestors 'none'",
-        server.page.policy
+        "default-src 'none'; {policy}; img-src 'self'; connect-src 'self' ws://{host}; base-uri 'none'; \
+         form-action 'none'; frame-ancestors 'none'"
     );
     let headers = response.headers_mut();
     if let Ok(policy) = HeaderValue::try_from(policy) {
@@ -107,6 +123,60 @@ async fn check(State(server): State<Server>, request: Request, next: Next) -> Re
 }
 
 async fn page(State(Server { page, .. }): State<Server>, headers: HeaderMap) -> Response {
+    document(&page, &headers)
+}
+
+async fn lesson(State(Server { lesson, .. }): State<Server>, headers: HeaderMap) -> Response {
+    document(&lesson, &headers)
+}
+
+/// Whether the token of a page is one of this program: a browser does not tell a page why its connection was refused.
+async fn known(
+    State(server): State<Server>,
+    headers: HeaderMap,
+    Query(asked): Query<Asked>,
+) -> Result<StatusCode, Refusal> {
+    server.panel(&headers, &asked).map(|_| StatusCode::NO_CONTENT)
+}
+
+async fn lesson_state(
+    State(server): State<Server>,
+    headers: HeaderMap,
+    Query(asked): Query<Asked>,
+) -> Result<Json<Value>, Refusal> {
+    Ok(Json(server.course(&headers, &asked)?.state()))
+}
+
+async fn lesson_check(
+    State(server): State<Server>,
+    headers: HeaderMap,
+    Query(asked): Query<Asked>,
+) -> Result<StatusCode, Refusal> {
+    done(server.course(&headers, &asked)?.check(true))
+}
+
+async fn lesson_end(
+    State(server): State<Server>,
+    headers: HeaderMap,
+    Query(asked): Query<Asked>,
+) -> Result<StatusCode, Refusal> {
+    done(server.course(&headers, &asked)?.check(false))
+}
+
+async fn lesson_go(
+    State(server): State<Server>,
+    headers: HeaderMap,
+    Query(asked): Query<Asked>,
+    Path(number): Path<u8>,
+) -> Result<StatusCode, Refusal> {
+    done(server.course(&headers, &asked)?.go_to(number))
+}
+
+fn done(result: Result<(), &'static str>) -> Result<StatusCode, Refusal> {
+    result.map(|()| StatusCode::NO_CONTENT).map_err(|sentence| (StatusCode::CONFLICT, sentence))
+}
+
+fn document(page: &Page, headers: &HeaderMap) -> Response {
     let accepts = headers.get(ACCEPT_ENCODING).and_then(|accepts| accepts.to_str().ok());
     let kind = [(CONTENT_TYPE, "text/html; charset=utf-8"), (VARY, "accept-encoding")];
     if accepts.is_some_and(|accepts| accepts.split(',').any(|one| one.trim() == "gzip")) {

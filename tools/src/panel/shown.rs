@@ -62,6 +62,7 @@ impl Shown {
             camera: CameraState::default(),
             i2c: false,
             watched: None,
+            lesson: self.simulated.course().and_then(|course| course.progress()),
         };
         state.publish(&self.publish);
     }

@@ -9,6 +9,7 @@ use serde::Serialize;
 use tokio::sync::watch;
 
 use super::camera::CameraState;
+use super::course::Progress;
 use super::problem::Problem;
 use super::world::WorldReport;
 use crate::commands::Pair;
@@ -29,6 +30,9 @@ pub(super) struct HostState<'a> {
     pub(super) i2c: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) watched: Option<WatchedState>,
+    /// How far the pupil is in a lesson.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) lesson: Option<Progress>,
 }
 
 impl HostState<'_> {

@@ -229,6 +229,7 @@ impl Watched {
             camera: self.camera.state(),
             i2c: false,
             watched: Some(watched),
+            lesson: None,
         };
         state.publish(&self.publish);
     }

@@ -222,6 +222,7 @@ impl Worker {
             camera: self.controller.camera.state(),
             i2c: self.phase == Phase::Running,
             watched: None,
+            lesson: None,
         };
         state.publish(&self.publish);
     }

@@ -10,6 +10,7 @@ use ft_transfer_area_simulator::world::{Board, Remote, Sensor, SensorValue, Worl
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use serde::Serialize;
 
+use super::course::Course;
 use super::floor::{self, FloorReport};
 use super::problem::Problem;
 use super::request::{RemoteRequest, WorldRequest};
@@ -25,6 +26,8 @@ pub(crate) struct Simulated {
     label: Option<String>,
     /// As it was at the start: how long the slides are.
     world: Option<World>,
+    /// The lesson of its pupil.
+    course: Option<Arc<dyn Course>>,
 }
 
 #[derive(Serialize)]
@@ -83,7 +86,7 @@ impl Simulated {
             builder = builder.world(world.clone());
         }
         let txts = Arc::new(vec![(String::new(), builder.start()?)]);
-        Ok(Self { txts, index: 0, label: None, world })
+        Ok(Self { txts, index: 0, label: None, world, course: None })
     }
 
     /// Simulated TXTs that run already, with the worlds that were plugged in at their start.
@@ -99,6 +102,7 @@ impl Simulated {
                 index,
                 label: label(index),
                 world,
+                course: None,
             })
             .collect()
     }
@@ -106,7 +110,22 @@ impl Simulated {
     /// A simulated TXT of its own that runs already, with what people call it.
     pub(crate) fn alone(txt: SimulatedTxt, world: Option<World>, label: String) -> Self {
         let txts = Arc::new(vec![(String::new(), txt)]);
-        Self { txts, index: 0, label: Some(label), world }
+        Self { txts, index: 0, label: Some(label), world, course: None }
+    }
+
+    /// One that runs already, in a lesson.
+    pub(crate) fn of_course(
+        txts: Arc<Vec<(String, SimulatedTxt)>>,
+        world: World,
+        label: Option<String>,
+        course: Arc<dyn Course>,
+    ) -> Self {
+        Self { txts, index: 0, label, world: Some(world), course: Some(course) }
+    }
+
+    /// The lesson of its pupil.
+    pub(super) fn course(&self) -> Option<Arc<dyn Course>> {
+        self.course.clone()
     }
 
     fn txt(&self) -> &SimulatedTxt {

@@ -32,10 +32,34 @@ pub(crate) struct Asked {
     token: String,
 }
 
+/// A secret that lets in who has it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Token(String);
+
+impl Token {
+    pub(crate) fn random() -> anyhow::Result<Self> {
+        let mut bytes = [0; TOKEN_BYTES];
+        getrandom::fill(&mut bytes)
+            .map_err(|error| anyhow::anyhow!("there is no random number for a token ({error})"))?;
+        Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
+    }
+
+    /// A token that was made before; `None` for another text, which somebody might guess.
+    pub(crate) fn known(text: &str) -> Option<Self> {
+        let is_one = text.len() == 2 * TOKEN_BYTES
+            && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'));
+        is_one.then(|| Self(text.to_owned()))
+    }
+
+    pub(crate) fn text(&self) -> &str {
+        &self.0
+    }
+}
+
 /// What a request has to bring.
 #[derive(Debug)]
 pub(crate) struct Access {
-    token: String,
+    token: Token,
     port: u16,
     /// Whether other computers may use the server.
     beyond: bool,
@@ -44,15 +68,16 @@ pub(crate) struct Access {
 impl Access {
     /// A new token, for a server at this address and port.
     pub(crate) fn new(address: IpAddr, port: u16) -> anyhow::Result<Self> {
-        let mut bytes = [0; TOKEN_BYTES];
-        getrandom::fill(&mut bytes)
-            .map_err(|error| anyhow::anyhow!("there is no random number for a token ({error})"))?;
-        let token = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self { token, port, beyond: !address.is_loopback() })
+        Ok(Self::with(address, port, Token::random()?))
+    }
+
+    /// The same with this token.
+    pub(crate) fn with(address: IpAddr, port: u16, token: Token) -> Self {
+        Self { token, port, beyond: !address.is_loopback() }
     }
 
     pub(crate) fn token(&self) -> &str {
-        &self.token
+        self.token.text()
     }
 
     /// An error unless the request comes from this server's page, or from no page at all, and has the token.
@@ -68,7 +93,7 @@ impl Access {
 
     /// Whether the token is the right one. Takes as long for a nearly right one as for any other.
     fn knows(&self, token: &str) -> bool {
-        let (given, right) = (token.as_bytes(), self.token.as_bytes());
+        let (given, right) = (token.as_bytes(), self.token.text().as_bytes());
         let differences = given.iter().zip(right).fold(0, |all, (one, other)| all | (one ^ other));
         given.len() == right.len() && differences == 0
     }
@@ -154,6 +179,15 @@ mod tests {
             (Some("null"), false),
         ] {
             assert_eq!(access.is_own_page(&headers(host, origin)), own, "{origin:?}");
+        }
+    }
+
+    #[test]
+    fn only_what_nobody_guesses_is_a_token() {
+        let token = Token::random().unwrap();
+        assert_eq!(Token::known(token.text()), Some(token));
+        for text in ["", "anna", &"a".repeat(31), &"A".repeat(32), &"ä".repeat(16)] {
+            assert_eq!(Token::known(text), None, "{text}");
         }
     }
 

@@ -3,6 +3,7 @@
 pub(crate) mod access;
 pub(crate) mod browser;
 pub(crate) mod connections;
+mod interfaces;
 pub(crate) mod pictures;
 pub(crate) mod qr;
 
@@ -16,7 +17,7 @@ use axum::Router;
 use tokio::net::TcpListener;
 use tokio::runtime::{self, Runtime};
 
-use self::access::Access;
+use self::access::{Access, Token};
 use self::browser::Opening;
 
 /// A server that listens, but does not answer yet.
@@ -39,9 +40,9 @@ impl Site {
         Ok(Self { runtime, listener, address, access })
     }
 
-    /// Another token for the same address, for those who see something else there.
-    pub(crate) fn another_access(&self) -> anyhow::Result<Arc<Access>> {
-        Ok(Arc::new(Access::new(self.address.ip(), self.address.port())?))
+    /// What has this token may come in at the same address, to see something else there.
+    pub(crate) fn access(&self, token: &Token) -> Arc<Access> {
+        Arc::new(Access::with(self.address.ip(), self.address.port(), token.clone()))
     }
 
     /// The address of the page, with the token, for browsers that reach this computer by `ip`.
@@ -53,6 +54,12 @@ impl Site {
     pub(crate) fn url_for(&self, ip: IpAddr, access: &Access) -> String {
         let address = SocketAddr::new(ip, self.address.port());
         format!("http://{address}/?token={}", access.token())
+    }
+
+    /// The address of the page of a lesson.
+    pub(crate) fn lesson_url(&self, ip: IpAddr, access: &Access) -> String {
+        let address = SocketAddr::new(ip, self.address.port());
+        format!("http://{address}/lesson?token={}", access.token())
     }
 
     /// Answers from now on, in a thread of its own, and opens this address in the browser. What is returned has to be
@@ -79,8 +86,22 @@ pub(crate) fn local(ip: IpAddr) -> IpAddr {
     }
 }
 
-/// The address by which this computer reaches others. Nothing is sent for it.
+/// The address by which others reach this computer: that of the default route, or of a network without one, as behind a
+/// switch or in a hotspot.
 pub(crate) fn own_address() -> Option<IpAddr> {
+    routed_address().or_else(|| interfaces::addresses().into_iter().next())
+}
+
+/// All addresses by which others may reach this computer, the most likely one first.
+pub(crate) fn own_addresses() -> Vec<IpAddr> {
+    let mut addresses: Vec<_> = routed_address().into_iter().collect();
+    let others = interfaces::addresses().into_iter();
+    addresses.extend(others.filter(|other| Some(*other) != routed_address()));
+    addresses
+}
+
+/// The address by which this computer reaches others far away. Nothing is sent for it.
+fn routed_address() -> Option<IpAddr> {
     let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).ok()?;
     socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9)).ok()?;
     socket.local_addr().ok().map(|address| address.ip())
@@ -89,7 +110,8 @@ pub(crate) fn own_address() -> Option<IpAddr> {
 fn refused(address: SocketAddr, error: &io::Error) -> anyhow::Error {
     match error.kind() {
         io::ErrorKind::AddrInUse => anyhow::anyhow!(
-            "port {} is taken by another program; choose another one with --port, or leave it out for a free one",
+            "port {} is taken by another program; choose another one with --port (of the pages of a class or a lesson: \
+             --page-port), or leave it out for a free one",
             address.port()
         ),
         io::ErrorKind::AddrNotAvailable => {

@@ -18,6 +18,23 @@ pub(crate) fn code(url: &str) -> anyhow::Result<String> {
     Ok(lines.join("\n"))
 }
 
+/// The same as a picture for a page.
+pub(crate) fn svg(url: &str) -> anyhow::Result<String> {
+    /// How many light modules are around the code.
+    const QUIET: usize = 4;
+    let code = QrCode::with_error_correction_level(url, EcLevel::M)
+        .with_context(|| format!("{url} has no QR code"))?;
+    let dark = code.to_colors().into_iter().enumerate();
+    let dark = dark.filter(|(_, colour)| *colour == qrcode::Color::Dark);
+    let place = |(index, _)| (index % code.width() + QUIET, index / code.width() + QUIET);
+    let path: String = dark.map(place).map(|(x, y)| format!("M{x} {y}h1v1h-1z")).collect();
+    let side = code.width() + 2 * QUIET;
+    Ok(format!(
+        "<svg viewBox=\"0 0 {side} {side}\" shape-rendering=\"crispEdges\"><path fill=\"#fff\" d=\"M0 0h{side}v{side}H0z\"/>\
+         <path d=\"{path}\"/></svg>"
+    ))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -8,7 +8,7 @@ use anyhow::{ensure, Context, Result};
 use serde_json::{json, Value};
 
 use super::driver::{browse, Beyond};
-use super::page::{Page, Panel};
+use super::page::{Lesson, Page, Panel};
 use super::txt::simulated_txt;
 
 /// All rules, and two that axe-core leaves out: labels begin with what is seen, and nothing is too small for a finger.
@@ -80,6 +80,12 @@ fn axe_finds_nothing() -> Result<()> {
         axe.ensure_finds_nothing(&page, "a controller that others drive").await?;
         drop(shown);
         page.wait_for("#lost:not([hidden])").await?;
-        axe.ensure_finds_nothing(&page, "a page without its program").await
+        axe.ensure_finds_nothing(&page, "a page without its program").await?;
+
+        let lesson = Lesson::start()?;
+        client.goto(&lesson.url).await?;
+        page.wait_for("#check .buttons").await?;
+        page.wait_for(".machine .world").await?;
+        axe.ensure_finds_nothing(&page, "a lesson").await
     })
 }

@@ -3,6 +3,7 @@
 mod axe;
 mod driver;
 mod driving;
+mod lesson;
 mod looks;
 mod machine;
 mod page;

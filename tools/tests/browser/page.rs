@@ -49,6 +49,28 @@ impl Panel {
     }
 }
 
+/// A running `txt lesson`.
+pub(crate) struct Lesson {
+    _running: Running,
+    pub(crate) url: String,
+    /// Where programs connect to.
+    pub(crate) program: String,
+}
+
+impl Lesson {
+    pub(crate) fn start() -> Result<Self> {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        command.args(["lesson", "--port", "0", "--no-browser"]);
+        let running = Running::start(&mut command);
+        let line = |name: &str| {
+            let line = running.line();
+            line.strip_prefix(name).map(str::to_owned).with_context(|| format!("no {name}"))
+        };
+        let (program, url) = (line("program ")?, line("page ")?);
+        Ok(Self { _running: running, url, program })
+    }
+}
+
 /// The page that the browser shows at present.
 pub(crate) struct Page {
     pub(crate) client: Client,

@@ -4,7 +4,7 @@ use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Input, Output};
 use ft_transfer_area::{Error, TransferAreaComHandler};
 
-use crate::{each_cycle, seconds};
+use crate::{each_cycle, seconds, stand_still};
 
 pub(crate) fn lamp(handler: &TransferAreaComHandler, mistake: &str) -> Result<(), Error> {
     if mistake == "ends" {
@@ -57,6 +57,9 @@ pub(crate) fn blink(handler: &TransferAreaComHandler, mistake: &str) -> Result<(
         }
         if mistake != "three_times" || round < 3 {
             set(DUTY_MAX)?;
+        }
+        if mistake == "stands_still" && round == 2 {
+            stand_still(1).expect("there is a shell");
         }
         seconds(on);
         if mistake != "only_on" {

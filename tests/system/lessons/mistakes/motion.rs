@@ -6,7 +6,7 @@ use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Input, Motor};
 use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
 
-use crate::{each_cycle, seconds};
+use crate::{each_cycle, is_first, seconds, stand_still};
 
 const LIMIT: Duration = Duration::from_secs(60);
 
@@ -80,6 +80,11 @@ pub(crate) fn counter(handler: &TransferAreaComHandler, mistake: &str) -> Result
     let turn = |direction| {
         handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction)
     };
+    let stands_still = match mistake {
+        "stands_still" => true,
+        "stands_still_once" => is_first().expect("there is a folder for temporary files"),
+        _ => false,
+    };
     loop {
         handler.areas().wait_until(pressed, Duration::MAX)?;
         if mistake != "no_reset" {
@@ -87,6 +92,10 @@ pub(crate) fn counter(handler: &TransferAreaComHandler, mistake: &str) -> Result
             handler.areas().wait_counter_reset(LOCAL_IO, Counter::C1, LIMIT)?;
         }
         turn(if mistake == "up" { Direction::Ccw } else { Direction::Cw })?;
+        if stands_still {
+            // So long that the controller ends the connection.
+            stand_still(8).expect("there is a shell");
+        }
         match mistake {
             "by_time" => seconds(1.0),
             "no_stop" => seconds(60.0),

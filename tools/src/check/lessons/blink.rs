@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ft_transfer_area::tx::Output::O8;
 
-use crate::check::moment::Moment;
+use crate::check::moment::{Lasted, Moment};
 use crate::check::stage::Stage;
 use crate::check::words::{german, Check, Wrong};
 
@@ -34,20 +34,20 @@ pub(in crate::check) fn check(stage: &mut Stage) -> Check {
     judge(&spells(&moments))
 }
 
-/// How long the lamp was on or off at a time, in seconds, without the last one, which has not ended.
-fn spells(moments: &[Moment]) -> Vec<(bool, f64)> {
+/// How long the lamp was on or off at a time, without the last one, which has not ended.
+fn spells(moments: &[Moment]) -> Vec<(bool, Lasted)> {
     let mut spells = Vec::new();
     let mut begin = moments[0];
     for now in moments {
         if now.is_on(O8) != begin.is_on(O8) {
-            spells.push((begin.is_on(O8), (now.at - begin.at).as_secs_f64()));
+            spells.push((begin.is_on(O8), now.since(&begin)));
             begin = *now;
         }
     }
     spells
 }
 
-fn judge(spells: &[(bool, f64)]) -> Check {
+fn judge(spells: &[(bool, Lasted)]) -> Check {
     if spells.is_empty() {
         return Err(Wrong::new(
             "The lamp at O8 is lit all the time.",
@@ -58,14 +58,15 @@ fn judge(spells: &[(bool, f64)]) -> Check {
             "Schalte sie aus und warte auch danach, sonst ist sie sofort wieder an.",
         ));
     }
-    let strange = spells.iter().find(|(_, seconds)| !(LEAST..=MOST).contains(seconds));
+    let strange =
+        spells.iter().find_map(|(is_on, lasted)| Some((*is_on, lasted.outside(LEAST, MOST)?)));
     if let Some((is_on, seconds)) = strange {
-        let (en, de) = if *is_on { ("on", "an") } else { ("off", "aus") };
+        let (en, de) = if is_on { ("on", "an") } else { ("off", "aus") };
         return Err(Wrong::new(
             format!("The lamp at O8 was {en} for {seconds:.2} s; it should be 0.5 s."),
             format!(
                 "Die Lampe an O8 war {} s lang {de}, soll es aber 0,5 s lang sein.",
-                german(*seconds, 2)
+                german(seconds, 2)
             ),
         )
         .hint(
@@ -73,7 +74,7 @@ fn judge(spells: &[(bool, f64)]) -> Check {
             "Eine halbe Sekunde ist Duration::from_millis(500), einmal für an und einmal für aus.",
         ));
     }
-    let whole: f64 = spells.iter().map(|(_, seconds)| seconds).sum();
+    let whole: f64 = spells.iter().map(|(_, lasted)| lasted.least).sum();
     if whole < WATCHED.as_secs_f64() - 2.0 * MOST {
         return Err(Wrong::new(
             format!("The lamp at O8 blinked for {whole:.1} s, and then stopped."),

@@ -110,10 +110,10 @@ fn not_100(went: f64) -> Wrong {
         format!("Die Last sank um {went:.0} Impulse statt um 100."),
     )
     .hint(
-        "a time says nothing about the way, and I1 only starts the winch. Wait until get_in_cnt_count(Counter::C1) \
+        "a time says nothing about the way, and I1 only starts the winch. Wait until get_in_cnt_count(C1) \
          is 100 or more.",
         "Eine Zeit sagt nichts über den Weg, und I1 startet die Winde nur. Warte, bis \
-         get_in_cnt_count(Counter::C1) mindestens 100 ist.",
+         get_in_cnt_count(C1) mindestens 100 ist.",
     )
 }
 

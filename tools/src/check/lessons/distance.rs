@@ -20,7 +20,7 @@ pub(in crate::check) fn check(stage: &mut Stage) -> Check {
         "das Auto fährt 500 Impulse vor und zurück, und das Programm endet",
     );
     let ended = stage.wait_end(LIMIT)?;
-    let log = stage.log().clone();
+    let log = stage.log();
     let (Some(first), Some(last)) = (log.first(), log.last()) else { return Ok(()) };
     ways(&log, first, last, ended.is_some())?;
     stage.step(

@@ -8,7 +8,7 @@ use ft_transfer_area::tx::Motor::M1;
 use ft_transfer_area_simulator::world::Sensor;
 
 use super::A_WHILE;
-use crate::check::moment::Moment;
+use crate::check::moment::{Lasted, Moment};
 use crate::check::stage::Stage;
 use crate::check::words::{german, Check, Wrong};
 
@@ -44,7 +44,7 @@ pub(in crate::check) fn check(stage: &mut Stage) -> Check {
     let opened = stage.soon(|now| now.motor(M1) == 0, |_| pushes("I2"))?;
     stage.step("after two seconds it closes, up to I1", "nach zwei Sekunden schließt es, bis I1");
     let closing = stage.within(TRAVEL, closes, |_| never_closes())?;
-    pause((closing.at - opened.at).as_secs_f64())?;
+    pause(closing.since(&opened))?;
     stage.within(TRAVEL, |now| now.way(M1) <= CLOSED, |_| not_there("I1"))?;
     stage.soon(|now| now.motor(M1) == 0, |_| pushes("I1"))?;
 
@@ -169,10 +169,10 @@ fn never_closes() -> Wrong {
     )
 }
 
-fn pause(seconds: f64) -> Check {
-    if (seconds - PAUSE).abs() <= TOLERANCE {
+fn pause(lasted: Lasted) -> Check {
+    let Some(seconds) = lasted.outside(PAUSE - TOLERANCE, PAUSE + TOLERANCE) else {
         return Ok(());
-    }
+    };
     Err(Wrong::new(
         format!("The gate was open for {seconds:.1} s; it should be 2 s."),
         format!("Das Tor war {} s lang offen, soll es aber 2 s lang sein.", german(seconds, 1)),

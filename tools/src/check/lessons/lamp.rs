@@ -76,10 +76,7 @@ fn dark(now: &Moment) -> Wrong {
             format!("I1 was pressed, but {others} went on and not the lamp at O8."),
             format!("I1 wurde gedrückt, aber an ging {others} und nicht die Lampe an O8."),
         )
-        .hint(
-            "outputs are called Output::O1 to Output::O8.",
-            "Die Ausgänge heißen Output::O1 bis Output::O8.",
-        );
+        .hint("outputs are called O1 to O8.", "Die Ausgänge heißen O1 bis O8.");
     }
     Wrong::new(
         "I1 was pressed, but the lamp at O8 stayed dark.",

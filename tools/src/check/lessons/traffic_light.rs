@@ -7,7 +7,7 @@ use ft_transfer_area::tx::Input::I1;
 use ft_transfer_area::tx::Output::{O1, O2, O3};
 
 use super::A_WHILE;
-use crate::check::moment::Moment;
+use crate::check::moment::{Lasted, Moment};
 use crate::check::stage::Stage;
 use crate::check::words::{self, Check, Wrong};
 
@@ -61,24 +61,21 @@ fn light(now: &Moment) -> Light {
 
 /// The phases that were seen, one after the other, must be those that are expected.
 fn judge(moments: &[Moment]) -> Check {
-    let mut seen: Vec<(Light, f64)> = Vec::new();
+    let mut seen: Vec<(Light, Lasted)> = Vec::new();
     let mut begin = moments[0];
     for now in moments.iter().skip(1) {
         if light(now) != light(&begin) {
-            seen.push((light(&begin), (now.at - begin.at).as_secs_f64()));
+            seen.push((light(&begin), now.since(&begin)));
             begin = *now;
         }
     }
-    seen.push((
-        light(&begin),
-        moments[moments.len() - 1].at.saturating_sub(begin.at).as_secs_f64(),
-    ));
+    seen.push((light(&begin), moments[moments.len() - 1].since(&begin)));
     for (number, (expected, seconds)) in PHASES.into_iter().enumerate() {
         let Some((is, lasted)) = seen.get(number).copied() else { return Err(missing(expected)) };
         if is != expected {
             return Err(another(number, expected, is));
         }
-        if (lasted - seconds).abs() > TOLERANCE {
+        if let Some(lasted) = lasted.outside(seconds - TOLERANCE, seconds + TOLERANCE) {
             return Err(wrong_time(expected, seconds, lasted));
         }
     }
@@ -97,9 +94,9 @@ fn not_green(is: Light) -> Wrong {
     );
     if is == DARK {
         return wrong.hint(
-            "O1 to O3 are single outputs: set_ft_motor_config(Motor::M1, false), and the same for M2. Set all \
+            "O1 to O3 are single outputs: set_ft_motor_config(M1, false), and the same for M2. Set all \
              three lamps in each state, also in the first one.",
-            "O1 bis O3 sind einzelne Ausgänge: set_ft_motor_config(Motor::M1, false), ebenso für M2. Setze in \
+            "O1 bis O3 sind einzelne Ausgänge: set_ft_motor_config(M1, false), ebenso für M2. Setze in \
              jedem Zustand alle drei Lampen, auch im ersten.",
         );
     }

@@ -1,7 +1,7 @@
 // All controllers at once: a card for each, with what it does at a glance.
 
 import { button, h, setAttribute, setStyle, setText } from "./dom.js";
-import { milliseconds, sentence, t } from "./words.js";
+import { currentLanguage, milliseconds, sentence, t } from "./words.js";
 
 class Tile {
   constructor(host, open) {
@@ -12,12 +12,14 @@ class Tile {
     this.inputs = Array.from({ length: 8 }, (_, index) => h("li", {}, h("i", {}), `I${index + 1}`));
     this.motors = Array.from({ length: 4 }, (_, index) => {
       const bar = h("i", {});
-      return { bar, element: h("li", {}, h("span", {}, `M${index + 1}`), h("div", { class: "gauge" }, bar)) };
+      const name = h("span", {}, `M${index + 1}`);
+      return { bar, name, element: h("li", {}, name, h("div", { class: "gauge" }, bar)) };
     });
     this.driver = h("span", { class: "note" });
+    this.lesson = h("p", { class: "note lesson-note" });
     this.element = h("section", { class: "tile" },
       h("header", {}, h("h2", {}, this.title), this.phase), this.facts,
-      h("ul", { class: "lights" }, this.inputs), h("ul", { class: "gauges" }, this.motors.map((motor) => motor.element)), this.driver);
+      this.lesson, h("ul", { class: "lights" }, this.inputs), h("ul", { class: "gauges" }, this.motors.map((motor) => motor.element)), this.driver);
   }
 
   update() {
@@ -34,14 +36,44 @@ class Tile {
     setAttribute(this.facts, "data-error", Boolean(link.error));
     setAttribute(this.element, "data-absent", !alive);
     inputs.forEach((input, index) => setAttribute(this.inputs[index], "data-on", alive && input.digital && input.value !== 0));
-    motors.forEach(({ duty: [forward, backwards] }, index) => {
-      const { bar } = this.motors[index];
-      setStyle(bar, "transform", `scaleX(${alive ? (forward - backwards) / 512 : 0})`);
-      setAttribute(bar, "data-backwards", backwards > forward);
+    motors.forEach(({ outputs, duty: [first, second] }, index) => {
+      const { bar, name } = this.motors[index];
+      // Two single outputs turn nothing: the stronger one is shown.
+      const duty = outputs ? Math.max(first, second) : first - second;
+      setText(name, outputs ? outputName(index, first, second) : `M${index + 1}`);
+      setStyle(bar, "transform", `scaleX(${alive ? duty / 512 : 0})`);
+      setAttribute(bar, "data-backwards", duty < 0);
     });
+    this.showLesson(state.lesson);
     // Where another program drives, nobody on a page does.
     setText(this.driver, !this.host.driven ? "" : you_drive ? t("driving") : driver === null ? t("nobody") : t("somebody", { page: driver }));
   }
+
+  /** How far the pupil is in a lesson. */
+  showLesson(lesson) {
+    setAttribute(this.lesson, "hidden", !lesson);
+    setAttribute(this.element, "data-stuck", Boolean(lesson) && lesson.failed >= STUCK);
+    if (!lesson) return;
+    const parts = [t("inLesson", { number: lesson.lesson }), lesson.passed.length ? t("passed", { list: lesson.passed.join(", ") }) : t("nonePassed")];
+    if (lesson.failed >= STUCK) parts.push(t("stuck", { count: lesson.failed }));
+    if (lesson.wrong) parts.push(`${t("lastWrong", { ago: ago(lesson.wrong_ago) })}: ${lesson.wrong[currentLanguage()]}`);
+    setText(this.lesson, parts.join(" · "));
+  }
+}
+
+// So many verdicts without success, and somebody should come by.
+const STUCK = 3;
+
+/** Which of two single outputs are on, or both when none is. */
+function outputName(motor, first, second) {
+  const [one, other] = [`O${2 * motor + 1}`, `O${2 * motor + 2}`];
+  if (Boolean(first) === Boolean(second)) return `${one} ${other}`;
+  return first ? one : other;
+}
+
+/** A time ago in words. */
+function ago(seconds) {
+  return seconds < 60 ? t("agoNow") : t("agoMinutes", { count: Math.floor(seconds / 60) });
 }
 
 export class Overview {

@@ -1,5 +1,6 @@
 // The page: tabs, who drives, notices, and the loop that shows the newest state.
 
+import { whenUnknown } from "./admission.js";
 import { Connection, token } from "./connection.js";
 import { button, h, setAttribute, setText } from "./dom.js";
 import { HostView } from "./host.js";
@@ -24,7 +25,9 @@ let focused = null;
 const connection = new Connection({
   hello(message) {
     setHosts(message.hosts);
-    if (shown.host === null || (shown.host !== "all" && !hosts.has(shown.host))) shown.host = message.hosts[0]?.id ?? "all";
+    // Who only looks at several ones begins with all.
+    const onlyLooks = message.hosts.length > 1 && message.hosts.every((host) => !host.driven && !host.hands);
+    if (shown.host === null || (shown.host !== "all" && !hosts.has(shown.host))) shown.host = onlyLooks ? "all" : message.hosts[0]?.id ?? "all";
     setLost(false);
     // Nothing is to be stopped from here if other programs drive.
     const drives = message.hosts.some((host) => host.driven);
@@ -44,6 +47,7 @@ const connection = new Connection({
     view = null;
     setText($("role"), "");
     setLost(true);
+    whenUnknown(() => setText($("lost-text"), t("unknownText")));
   },
   failed: toast,
 });

@@ -1,0 +1,95 @@
+//! A check from its beginning to its verdict, again when the computer stood still.
+
+use std::ffi::OsString;
+use std::time::Duration;
+
+use super::lesson::Lesson;
+use super::report::{Phase, Report};
+use super::stage::Stage;
+use super::txt::Txt;
+use super::words::{german, Check, Words, Wrong};
+
+/// How often a check begins before its verdict counts, whatever the computer does.
+const TRIES: usize = 3;
+
+/// Starts the program and checks it. Returns what is wrong.
+pub(super) fn program(
+    lesson: &'static Lesson,
+    txt: &Txt,
+    program: &[OsString],
+    report: &Report,
+) -> anyhow::Result<Option<Wrong>> {
+    let world = lesson.read_world()?;
+    let mut note = None;
+    for left in (0..TRIES).rev() {
+        report.begin(lesson, Phase::Waiting, note.take());
+        let mut stage = Stage::set(txt.clone(), &world, program, report)?;
+        let verdict = play(&mut stage, lesson);
+        match (&verdict, stage.stood_still()) {
+            (Err(_), Some(pause)) if left > 0 => note = Some(again(pause)),
+            _ => return Ok(end(&stage, report, verdict)),
+        }
+    }
+    Ok(None)
+}
+
+/// Waits for a program that somebody starts elsewhere, and checks it, until this check is over. Returns what is wrong.
+pub(super) fn guest(
+    lesson: &'static Lesson,
+    txt: &Txt,
+    report: &Report,
+    is_over: &dyn Fn() -> bool,
+) -> anyhow::Result<Option<Wrong>> {
+    let world = lesson.read_world()?;
+    let mut stage = Stage::for_guest(txt.clone(), &world, report, is_over)?;
+    let verdict = play(&mut stage, lesson);
+    Ok(end(&stage, report, verdict))
+}
+
+fn play(stage: &mut Stage, lesson: &Lesson) -> Check {
+    stage.wait_online()?;
+    (lesson.check)(stage)
+}
+
+/// The verdict, with what is known of its reason.
+fn end(stage: &Stage, report: &Report, verdict: Check) -> Option<Wrong> {
+    let wrong = verdict.err().map(|wrong| {
+        let wrong = stage.explain(wrong);
+        match stage.stood_still() {
+            Some(pause) => wrong.note(doubt(pause)),
+            None => wrong,
+        }
+    });
+    report.end(wrong.as_ref());
+    wrong
+}
+
+/// Why the check begins again.
+fn again(pause: Duration) -> Words {
+    let seconds = pause.as_secs_f64();
+    Words::new(
+        format!(
+            "The computer stood still for {seconds:.1} s, so this says nothing of the program. The check begins again."
+        ),
+        format!(
+            "Der Computer stand {} s lang still, das sagt also nichts über das Programm. Die Prüfung beginnt von vorn.",
+            german(seconds, 1)
+        ),
+    )
+}
+
+/// Why a verdict may be no fault of the program.
+fn doubt(pause: Duration) -> Words {
+    let seconds = pause.as_secs_f64();
+    Words::new(
+        format!(
+            "The computer stood still for {seconds:.1} s meanwhile, which may be the reason: end other programs, and \
+             check again."
+        ),
+        format!(
+            "Der Computer stand dabei {} s lang still, vielleicht liegt es daran: Beende andere Programme und prüfe noch \
+             einmal.",
+            german(seconds, 1)
+        ),
+    )
+}

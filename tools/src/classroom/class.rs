@@ -1,0 +1,282 @@
+//! The file of a class: who is in it, what each has, and the tokens and ports that make the links stay.
+
+use std::fmt::Write as _;
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write as _};
+use std::path::Path;
+use std::{fs, io};
+
+use anyhow::{anyhow, bail, ensure, Context};
+use serde::Deserialize;
+
+use crate::web::access::Token;
+
+/// How long a file may be, in bytes.
+const LONGEST: u64 = 256 << 10;
+/// How long a name may be, in characters.
+const NAME_MAX: usize = 40;
+
+const HEAD: &str = "\
+# A class of `txt classroom`. Whoever has a token comes in, so keep this file to yourself.
+# The tokens and ports stay as they are, so the links do, too. Names, worlds and lessons are yours to change:
+# lesson = 3 instead of a world gives a pupil the machine of lesson 3. A pupil without a token gets one.
+";
+
+/// A class, with all tokens.
+#[derive(Debug)]
+pub(super) struct Class {
+    /// Main port of the first controller, if the file has one.
+    pub(super) port: Option<u16>,
+    pub(super) page_port: Option<u16>,
+    /// Of the page of all.
+    pub(super) token: Token,
+    pub(super) pupils: Vec<Pupil>,
+}
+
+#[derive(Debug)]
+pub(super) struct Pupil {
+    pub(super) name: String,
+    /// The name or the file of a world; `None` for the one that all have.
+    pub(super) world: Option<String>,
+    pub(super) token: Token,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    port: Option<u16>,
+    page_port: Option<u16>,
+    token: Option<String>,
+    #[serde(default)]
+    pupils: Vec<WrittenPupil>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenPupil {
+    name: String,
+    world: Option<String>,
+    lesson: Option<u8>,
+    token: Option<String>,
+}
+
+impl Class {
+    /// A class without a file: so many pupils, with numbers for names.
+    pub(super) fn numbered(pupils: u16) -> anyhow::Result<Self> {
+        let pupil = |number| {
+            let name = format!("TXT {number}");
+            Ok(Pupil { name, world: None, token: Token::random()? })
+        };
+        let pupils = (1..=pupils).map(pupil).collect::<anyhow::Result<_>>()?;
+        Ok(Self { port: None, page_port: None, token: Token::random()?, pupils })
+    }
+
+    /// Reads a file, or makes a class of so many pupils for a file that does not exist yet. Missing tokens are made.
+    pub(super) fn load(path: &Path, pupils: Option<u16>) -> anyhow::Result<Self> {
+        let text = match read(path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => {
+                let pupils = pupils.context(
+                    "there is no such file yet: to make one, write how many pupils the class has",
+                )?;
+                return Self::numbered(pupils);
+            }
+            read => read?,
+        };
+        let class = Self::from_text(&text)?;
+        let count = class.pupils.len();
+        ensure!(
+            pupils.is_none_or(|pupils| usize::from(pupils) == count),
+            "the class in this file has {count} pupils; leave the number out, or change the file"
+        );
+        Ok(class)
+    }
+
+    fn from_text(text: &str) -> anyhow::Result<Self> {
+        let written: Written = toml::from_str(text)?;
+        let pupils = written.pupils.into_iter().map(Pupil::read);
+        let pupils = pupils.collect::<anyhow::Result<Vec<_>>>()?;
+        ensure!(
+            !pupils.is_empty(),
+            "there is nobody in it: write [[pupils]] and name = \"…\" for each"
+        );
+        let mut names: Vec<_> = pupils.iter().map(|pupil| pupil.name.as_str()).collect();
+        names.sort_unstable();
+        if let Some(two) = names.windows(2).find(|two| two[0] == two[1]) {
+            bail!("two pupils are called {:?}: nobody could tell them apart", two[0]);
+        }
+        let token = token(written.token.as_deref()).context("the token of the page of all")?;
+        Ok(Self { port: written.port, page_port: written.page_port, token, pupils })
+    }
+
+    /// Writes what links need into the file: its own comments and everything else stay.
+    pub(super) fn keep(&mut self, path: &Path, port: u16, page_port: u16) -> anyhow::Result<()> {
+        // Port 0 means others each time.
+        (self.port, self.page_port) = (Some(port).filter(|port| *port != 0), Some(page_port));
+        let old = match read(path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
+            read => read?,
+        };
+        let new = if old.is_empty() { self.whole() } else { self.completed(&old)? };
+        if new != old {
+            write(path, &new)?;
+        }
+        Ok(())
+    }
+
+    /// A new file.
+    fn whole(&self) -> String {
+        let mut text = HEAD.to_owned();
+        self.write_links(
+            &mut text,
+            &Written { port: None, page_port: None, token: None, pupils: Vec::new() },
+        );
+        for Pupil { name, token, .. } in &self.pupils {
+            let token = token.text();
+            // A number is no word that TOML would take for something else.
+            let _ = write!(text, "\n[[pupils]]\nname = \"{name}\"\ntoken = \"{token}\"\n");
+        }
+        text
+    }
+
+    /// The file with what it lacks.
+    fn completed(&self, old: &str) -> anyhow::Result<String> {
+        let written: Written = toml::from_str(old)?;
+        let mut new = String::new();
+        self.write_links(&mut new, &written);
+        let mut pupils = self.pupils.iter().zip(&written.pupils);
+        for line in old.lines() {
+            new += line;
+            new.push('\n');
+            if line.split('#').next().is_some_and(|line| line.trim() == "[[pupils]]") {
+                let (pupil, written) = pupils.next().context("a [[pupils]] too many")?;
+                if written.token.is_none() {
+                    let _ = writeln!(new, "token = \"{}\"", pupil.token.text());
+                }
+            }
+        }
+        ensure!(
+            pupils.all(|(_, written)| written.token.is_some()),
+            "a token can't be added: begin each pupil with a line [[pupils]]"
+        );
+        Ok(new)
+    }
+
+    /// Writes the lines of the class itself that are not there yet.
+    fn write_links(&self, text: &mut String, written: &Written) {
+        let ports =
+            [("port", self.port, written.port), ("page_port", self.page_port, written.page_port)];
+        for (name, port, before) in ports {
+            if let (Some(port), None) = (port, before) {
+                let _ = writeln!(text, "{name} = {port}");
+            }
+        }
+        if written.token.is_none() {
+            let _ = writeln!(text, "token = \"{}\"", self.token.text());
+        }
+    }
+}
+
+impl Pupil {
+    fn read(written: WrittenPupil) -> anyhow::Result<Self> {
+        let WrittenPupil { name, world, lesson, token: given } = written;
+        let is_name = !name.trim().is_empty() && name.chars().count() <= NAME_MAX;
+        ensure!(
+            is_name && !name.contains(char::is_control),
+            "{name:?} is no name: it has 1 to {NAME_MAX} letters"
+        );
+        let world = match (world, lesson) {
+            (Some(_), Some(_)) => bail!("{name}: write a world or a lesson, not both"),
+            (world, None) => world,
+            (None, Some(lesson)) => Some(format!("lesson{lesson}")),
+        };
+        let token = token(given.as_deref()).with_context(|| name.clone())?;
+        Ok(Self { name, world, token })
+    }
+}
+
+/// The token with this text, or a new one.
+fn token(text: Option<&str>) -> anyhow::Result<Token> {
+    let Some(text) = text else { return Token::random() };
+    let known = Token::known(text);
+    known.ok_or_else(|| {
+        anyhow!("a token has 32 digits from 0 to f; remove its line, and a new one is made")
+    })
+}
+
+fn read(path: &Path) -> io::Result<String> {
+    if fs::metadata(path)?.len() > LONGEST {
+        return Err(io::Error::new(ErrorKind::FileTooLarge, "the file is too long for a class"));
+    }
+    fs::read_to_string(path)
+}
+
+/// Writes the file as a whole, for this user only.
+pub(super) fn write(path: &Path, text: &str) -> anyhow::Result<()> {
+    let mut name = path.file_name().context("this is no file")?.to_owned();
+    name.push(".new");
+    let new = path.with_file_name(name);
+    let mut options = OpenOptions::new();
+    options.write(true).create(true).truncate(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let mut file = options.open(&new)?;
+    file.write_all(text.as_bytes())?;
+    file.sync_all()?;
+    Ok(fs::rename(&new, path)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_new_file_is_read_again_with_the_same_links() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("7b.toml");
+        let mut made = Class::load(&path, Some(3)).unwrap();
+        made.keep(&path, 65000, 8000).unwrap();
+        let read = Class::load(&path, None).unwrap();
+        assert_eq!(
+            (read.port, read.page_port, &read.token),
+            (Some(65000), Some(8000), &made.token)
+        );
+        let all = |class: &Class| -> Vec<_> {
+            class.pupils.iter().map(|one| (one.name.clone(), one.token.text().to_owned())).collect()
+        };
+        assert_eq!(all(&read), all(&made));
+        let error = Class::load(&path, Some(4)).unwrap_err().to_string();
+        assert!(error.contains("has 3 pupils"), "{error}");
+    }
+
+    #[test]
+    fn what_a_teacher_has_written_stays_and_gets_tokens() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("7b.toml");
+        let text = "# my class\n[[pupils]] # by the window\nname = \"Zoë\"\nlesson = 3\n\n[[pupils]]\nname = \"Ben\"\n";
+        fs::write(&path, text).unwrap();
+        let mut class = Class::load(&path, None).unwrap();
+        assert_eq!(class.pupils[0].world.as_deref(), Some("lesson3"));
+        class.keep(&path, 65000, 8000).unwrap();
+        let now = fs::read_to_string(&path).unwrap();
+        assert!(text.lines().all(|line| now.contains(line)), "{now}");
+        let mut again = Class::load(&path, None).unwrap();
+        assert_eq!(again.pupils[1].token, class.pupils[1].token);
+        again.keep(&path, 65000, 8000).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), now);
+    }
+
+    #[test]
+    fn what_is_no_class_gets_a_sentence() {
+        for (text, part) in [
+            ("", "there is nobody in it"),
+            ("[[pupils]]\nname = \"\"", "is no name"),
+            ("[[pupils]]\nname = \"A\"\ntoken = \"geheim\"", "32 digits"),
+            ("[[pupils]]\nname = \"A\"\n[[pupils]]\nname = \"A\"", "two pupils are called"),
+            ("[[pupils]]\nname = \"A\"\nworld = \"car\"\nlesson = 1", "not both"),
+            ("[[pupils]]\nname = \"A\"\ncolour = 1", "unknown field `colour`"),
+        ] {
+            let error = format!("{:#}", Class::from_text(text).unwrap_err());
+            assert!(error.contains(part), "{text}: {error}");
+        }
+    }
+}
