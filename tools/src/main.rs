@@ -7,6 +7,7 @@ mod check;
 mod classroom;
 mod commands;
 mod find;
+mod gate;
 mod guardian;
 mod interrupt;
 mod lines;
