@@ -1,6 +1,6 @@
 //! Which controller a program talks to, without a change in the program.
 
-use ft_transfer_area::{TransferMode, PORT};
+use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder, TransferMode, PORT};
 
 /// The environment variable that replaces the host that a program names.
 const VARIABLE: &str = "FT_TXT_HOST";
@@ -39,6 +39,17 @@ pub(crate) fn mode_for(mode: TransferMode) -> TransferMode {
     }
 }
 
+/// A handler for a controller. It connects to I2C when a transfer begins, also two ports behind another main port than
+/// the usual one: the maker's firmware accepts this connection only in the first 5 s, and programs come later.
+pub(crate) fn handler(host: &str) -> TransferAreaComHandlerBuilder {
+    let builder = TransferAreaComHandler::builder(host);
+    match port_of(host).unwrap_or(PORT).checked_add(2) {
+        Some(port) => builder.i2c_port(port),
+        // Building refuses such a main port.
+        None => builder,
+    }
+}
+
 /// A host and a port that a program gives as texts, as one text.
 fn with_port(host: &str, port: &str) -> String {
     let (host, port) = (host.trim(), port.trim());
@@ -74,6 +85,12 @@ mod tests {
         assert_eq!(with_port("txt:9", "7"), "txt:9");
         assert_eq!(with_port("fe80::1", "7"), "[fe80::1]:7");
         assert_eq!(with_port("txt", "seven"), "txt:seven");
+    }
+
+    #[test]
+    fn a_main_port_that_leaves_no_room_for_the_others_is_refused() {
+        assert!(handler("txt:65533").build().is_ok());
+        assert!(handler("txt:65534").build().is_err());
     }
 
     #[test]

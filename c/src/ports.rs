@@ -166,7 +166,7 @@ fn is_bluetooth(host: &str) -> bool {
 }
 
 /// 4 for `COM4`, `com4`, `\\.\COM4` and `COM4 (ROBO TXT, USB)`.
-fn number_of(name: &str) -> Option<u32> {
+pub(crate) fn number_of(name: &str) -> Option<u32> {
     let name = name.trim();
     let name = name.strip_prefix(r"\\.\").unwrap_or(name);
     let (kind, behind) = name.split_at_checked(3)?;

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::env;
 use std::fmt::Display;
 use std::io::{self, Write};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::Error;
@@ -17,9 +18,26 @@ const VARIABLE: &str = "FT_TXT_LOG";
 const HELD_LONG: &str = "ft_transfer_area::handler::long_guard";
 /// Who warns of the watchdog, which a program in C does not set.
 const NOT_ANSWERED: &str = "ft_transfer_area::handler::transfer::side";
-const OUTPUTS_ARE_OFF: &str =
-    "ft-transfer-area: all outputs are off, because for half a second the program did not \
-     return from a callback, or this computer was too busy";
+const OFF_IN_CALLBACK: &str =
+    "ft-transfer-area: all outputs are off, because for half a second the program did not return from a callback";
+const OFF_BY_LOAD: &str =
+    "ft-transfer-area: all outputs are off, because for half a second this computer was too busy";
+
+/// How many callbacks of the program run in threads of transfers.
+static CALLBACKS: AtomicUsize = AtomicUsize::new(0);
+
+/// Runs a callback of the program in the thread of a transfer.
+pub(crate) fn in_callback<R>(call: impl FnOnce() -> R) -> R {
+    struct Running;
+    impl Drop for Running {
+        fn drop(&mut self) {
+            CALLBACKS.fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+    CALLBACKS.fetch_add(1, Ordering::Relaxed);
+    let _running = Running;
+    call()
+}
 
 struct Stderr;
 
@@ -32,7 +50,12 @@ impl Log for Stderr {
         if self.enabled(record.metadata()) {
             match (record.level(), record.target()) {
                 (Level::Warn, HELD_LONG) => {}
-                (Level::Warn, NOT_ANSWERED) => write_line(OUTPUTS_ARE_OFF),
+                (Level::Warn, NOT_ANSWERED) => {
+                    write_line(match CALLBACKS.load(Ordering::Relaxed) {
+                        0 => OFF_BY_LOAD,
+                        _ => OFF_IN_CALLBACK,
+                    })
+                }
                 _ => write_line(&format!("ft-transfer-area: {}", record.args())),
             }
         }

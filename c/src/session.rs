@@ -13,6 +13,7 @@ use ft_transfer_area::{
 use parking_lot::Mutex;
 
 use crate::exit;
+use crate::host;
 use crate::inside::Programs;
 use crate::memory::{Area, AreaArray, AREAS};
 use crate::mirror::{AreaEvent, Mirror, DEV_MODE_LOCAL};
@@ -105,7 +106,7 @@ impl<A: Area> ProgramSession<A> {
         settings: &SessionSettings,
         listener: Option<Listener>,
     ) -> Result<Self, Error> {
-        let handler = TransferAreaComHandler::builder(settings.host.as_str())
+        let handler = host::handler(&settings.host)
             .areas(settings.areas)
             .mode(settings.mode)
             .watchdog(CALLBACK_LIMIT)
@@ -342,7 +343,7 @@ impl<A: Area> SessionParts<A> {
         self.take_in(&areas);
         let begun = Instant::now();
         let (flow, since) = match &mut *self.cycle_call.lock() {
-            Some(call) => (call(), begun),
+            Some(call) => (report::in_callback(call), begun),
             None => (ControlFlow::Continue(()), areas.arrived()),
         };
         self.took_long.store(begun.elapsed() >= CALLBACK_LIMIT, Ordering::Relaxed);

@@ -94,7 +94,7 @@ fn public_calls(code: &str, class: &str) -> BTreeSet<String> {
 }
 
 /// The headers with what programs use of Windows.
-const OF_WINDOWS: [&str; 7] = [
+const OF_WINDOWS: [&str; 10] = [
     "ft_windows_c.h",
     "ft_scanf_s.h",
     "windows.h",
@@ -102,6 +102,9 @@ const OF_WINDOWS: [&str; 7] = [
     "winuser.h",
     "mmsystem.h",
     "process.h",
+    "io.h",
+    "direct.h",
+    "strsafe.h",
 ];
 
 #[test]

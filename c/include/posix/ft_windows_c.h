@@ -4,12 +4,14 @@
 #ifndef FT_WINDOWS_C_H
 #define FT_WINDOWS_C_H
 
+#include <ctype.h>
 #include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <wchar.h>
 
 #include "ft_scanf_s.h"
 
@@ -27,6 +29,11 @@ typedef size_t rsize_t;
 #ifndef _MAX_PATH
 #define _MAX_PATH 260
 #endif
+
+#define __max(one, other) (((one) > (other)) ? (one) : (other))
+#define __min(one, other) (((one) < (other)) ? (one) : (other))
+#define _alloca __builtin_alloca
+#define _flushall() fflush(NULL)
 
 #define printf_s printf
 #define fprintf_s fprintf
@@ -46,6 +53,9 @@ char *(strdup)(const char *text);
 struct tm *(localtime_r)(const time_t *time, struct tm *to);
 struct tm *(gmtime_r)(const time_t *time, struct tm *to);
 #endif
+
+/* The end without last words, as unistd.h has it. */
+void _exit(int status) __attribute__((__noreturn__));
 
 /* Texts. A count of _TRUNCATE copies as much as fits. */
 static __inline__ errno_t strncpy_s(char *to, size_t size, const char *from, size_t count)
@@ -92,6 +102,18 @@ static __inline__ errno_t strncat_s(char *to, size_t size, const char *from, siz
 static __inline__ errno_t strcat_s(char *to, size_t size, const char *from)
 {
     return strncat_s(to, size, from, _TRUNCATE - 1);
+}
+
+static __inline__ errno_t wcscpy_s(wchar_t *to, size_t size, const wchar_t *from)
+{
+    size_t length = from ? wcslen(from) : 0;
+    if (!to || size == 0)
+        return EINVAL;
+    to[0] = 0;
+    if (!from || length >= size)
+        return from ? ERANGE : EINVAL;
+    wmemcpy(to, from, length + 1);
+    return 0;
 }
 
 static __inline__ errno_t memmove_s(void *to, size_t size, const void *from, size_t count)
@@ -262,6 +284,39 @@ static __inline__ errno_t ctime_s(char *to, size_t size, const time_t *time)
     return localtime_s(&parts, time) ? EINVAL : asctime_s(to, size, &parts);
 }
 
+static __inline__ errno_t ft_now(char *to, size_t size, const char *format)
+{
+    time_t now = time(NULL);
+    struct tm parts;
+    size_t length = 0;
+    if (to && size && localtime_s(&parts, &now) == 0)
+        length = strftime(to, size, format, &parts);
+    if (length == 0 && to && size)
+        to[0] = 0;
+    return length ? 0 : ERANGE;
+}
+
+/* The date and the time of now, such as 03/24/12 and 17:05:00. */
+static __inline__ errno_t _strdate_s(char *to, size_t size)
+{
+    return ft_now(to, size, "%m/%d/%y");
+}
+
+static __inline__ errno_t _strtime_s(char *to, size_t size)
+{
+    return ft_now(to, size, "%H:%M:%S");
+}
+
+static __inline__ char *_strdate(char *to)
+{
+    return _strdate_s(to, 9) ? NULL : to;
+}
+
+static __inline__ char *_strtime(char *to)
+{
+    return _strtime_s(to, 9) ? NULL : to;
+}
+
 /* Numbers as texts, with digits of this base from 2 to 36. Only with the base 10 a number has a sign. */
 char *_itoa(int value, char *to, int base);
 char *itoa(int value, char *to, int base);
@@ -353,6 +408,21 @@ template <size_t size> inline errno_t _itoa_s(int value, char (&to)[size], int b
 template <size_t size> inline errno_t asctime_s(char (&to)[size], const struct tm *time)
 {
     return asctime_s(to, size, time);
+}
+
+template <size_t size> inline errno_t wcscpy_s(wchar_t (&to)[size], const wchar_t *from)
+{
+    return wcscpy_s(to, size, from);
+}
+
+template <size_t size> inline errno_t _strdate_s(char (&to)[size])
+{
+    return _strdate_s(to, size);
+}
+
+template <size_t size> inline errno_t _strtime_s(char (&to)[size])
+{
+    return _strtime_s(to, size);
 }
 
 template <size_t size> inline errno_t ctime_s(char (&to)[size], const time_t *time)

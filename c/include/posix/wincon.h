@@ -74,6 +74,8 @@ BOOL FillConsoleOutputCharacterA(HANDLE output, CHAR character, DWORD count, COO
 BOOL FillConsoleOutputAttribute(HANDLE output, WORD attributes, DWORD count, COORD from, DWORD *written);
 BOOL WriteConsoleA(HANDLE output, const void *text, DWORD length, DWORD *written, void *reserved);
 BOOL FlushConsoleInputBuffer(HANDLE input);
+/* How many characters of keys wait. */
+BOOL GetNumberOfConsoleInputEvents(HANDLE input, DWORD *count);
 /* These change nothing: a terminal knows control sequences and UTF-8. */
 BOOL GetConsoleMode(HANDLE console, DWORD *mode);
 BOOL SetConsoleMode(HANDLE console, DWORD mode);

@@ -23,6 +23,7 @@ typedef WCHAR TCHAR;
 #define OutputDebugString OutputDebugStringW
 #define CreateEvent CreateEventW
 #define CreateMutex CreateMutexW
+#define CreateSemaphore CreateSemaphoreW
 #define LoadLibrary LoadLibraryW
 #else
 typedef char TCHAR;
@@ -30,6 +31,7 @@ typedef char TCHAR;
 #define OutputDebugString OutputDebugStringA
 #define CreateEvent CreateEventA
 #define CreateMutex CreateMutexA
+#define CreateSemaphore CreateSemaphoreA
 #define LoadLibrary LoadLibraryA
 #endif
 typedef TCHAR *LPTSTR;
@@ -40,7 +42,16 @@ typedef unsigned char boolean;
 #define __int64 long long
 #endif
 
-/* In C++ they would hide those of the standard library. */
+#ifndef __int32
+#define __int32 int
+#endif
+#ifndef __int16
+#define __int16 short
+#endif
+#ifndef __int8
+#define __int8 char
+#endif
+
 #if !defined(NOMINMAX) && !defined(__cplusplus)
 #ifndef max
 #define max(one, other) (((one) > (other)) ? (one) : (other))
@@ -51,13 +62,27 @@ typedef unsigned char boolean;
 #endif
 
 #define MAX_PATH 260
+#define ARRAYSIZE(array) (sizeof(array) / sizeof((array)[0]))
+#define UNREFERENCED_PARAMETER(name) ((void) (name))
 #define INVALID_HANDLE_VALUE ((HANDLE) (LONG_PTR) -1)
 #define ZeroMemory(to, size) memset((to), 0, (size))
 #define CopyMemory(to, from, size) memcpy((to), (from), (size))
+#define FillMemory(to, size, value) memset((to), (value), (size))
+#define MAKEWORD(low, high) ((WORD) (((BYTE) (low)) | ((WORD) ((BYTE) (high))) << 8))
+#define MAKELONG(low, high) ((LONG) (((WORD) (low)) | ((DWORD) ((WORD) (high))) << 16))
 #define LOWORD(value) ((WORD) ((DWORD) (value) & 0xFFFF))
 #define HIWORD(value) ((WORD) ((DWORD) (value) >> 16))
 #define LOBYTE(value) ((BYTE) ((DWORD) (value) & 0xFF))
 #define HIBYTE(value) ((BYTE) (((DWORD) (value) >> 8) & 0xFF))
+
+/* Texts of char. */
+#define lstrcpy strcpy
+#define lstrcat strcat
+#define lstrcmp strcmp
+#define lstrcmpi _stricmp
+#define lstrlen(text) ((int) strlen(text))
+#define wsprintf sprintf
+#define wvsprintf vsprintf
 
 /* Time. GetTickCount counts milliseconds since some moment in the past. */
 typedef union {
@@ -68,6 +93,12 @@ typedef union {
     LONGLONG QuadPart;
 } LARGE_INTEGER, *PLARGE_INTEGER;
 void Sleep(DWORD milliseconds);
+static __inline__ DWORD SleepEx(DWORD milliseconds, BOOL alertable)
+{
+    (void) alertable;
+    Sleep(milliseconds);
+    return 0;
+}
 DWORD GetTickCount(void);
 ULONGLONG GetTickCount64(void);
 BOOL QueryPerformanceCounter(LARGE_INTEGER *count);
@@ -115,9 +146,40 @@ HANDLE CreateThread(LPSECURITY_ATTRIBUTES security, SIZE_T stack, LPTHREAD_START
                     LPVOID argument, DWORD flags, DWORD *id);
 BOOL GetExitCodeThread(HANDLE thread, DWORD *code);
 DWORD GetCurrentThreadId(void);
+HANDLE CreateSemaphoreA(LPSECURITY_ATTRIBUTES security, LONG count, LONG most, LPCSTR name);
+HANDLE CreateSemaphoreW(LPSECURITY_ATTRIBUTES security, LONG count, LONG most, LPCWSTR name);
+BOOL ReleaseSemaphore(HANDLE semaphore, LONG by, LONG *before);
 DWORD WaitForSingleObject(HANDLE object, DWORD milliseconds);
 DWORD WaitForMultipleObjects(DWORD count, const HANDLE *objects, BOOL all, DWORD milliseconds);
 BOOL CloseHandle(HANDLE object);
+
+/* All threads have the same priority here. */
+#define THREAD_PRIORITY_LOWEST (-2)
+#define THREAD_PRIORITY_BELOW_NORMAL (-1)
+#define THREAD_PRIORITY_NORMAL 0
+#define THREAD_PRIORITY_ABOVE_NORMAL 1
+#define THREAD_PRIORITY_HIGHEST 2
+#define THREAD_PRIORITY_TIME_CRITICAL 15
+#define NORMAL_PRIORITY_CLASS 0x20
+#define HIGH_PRIORITY_CLASS 0x80
+#define REALTIME_PRIORITY_CLASS 0x100
+#define GetCurrentThread() ((HANDLE) (LONG_PTR) -2)
+#define GetCurrentProcess() ((HANDLE) (LONG_PTR) -1)
+static __inline__ BOOL SetThreadPriority(HANDLE thread, int priority)
+{
+    (void) thread, (void) priority;
+    return TRUE;
+}
+static __inline__ BOOL SetPriorityClass(HANDLE process, DWORD priority)
+{
+    (void) process, (void) priority;
+    return TRUE;
+}
+static __inline__ BOOL SwitchToThread(void)
+{
+    Sleep(0);
+    return TRUE;
+}
 
 /* Locks that a thread may take several times. */
 typedef struct {
@@ -191,8 +253,41 @@ typedef struct {
 void GetSystemInfo(LPSYSTEM_INFO info);
 BOOL GetLogicalProcessorInformationEx(LOGICAL_PROCESSOR_RELATIONSHIP kind,
                                       PSYSTEM_LOGICAL_PROCESSOR_INFORMATION_EX buffer, DWORD *length);
-/* Why the last call above has failed in this thread. */
+/* Why the last call above has failed in this thread, or what the program has set. */
 DWORD GetLastError(void);
+void SetLastError(DWORD error);
+
+/* The text of an error is its number. */
+#define FORMAT_MESSAGE_ALLOCATE_BUFFER 0x100U
+#define FORMAT_MESSAGE_IGNORE_INSERTS 0x200U
+#define FORMAT_MESSAGE_FROM_SYSTEM 0x1000U
+#define LANG_NEUTRAL 0
+#define SUBLANG_DEFAULT 1
+#define MAKELANGID(language, variant) ((WORD) ((variant) << 10 | (language)))
+static __inline__ DWORD FormatMessageA(DWORD flags, const void *source, DWORD error, DWORD language, LPSTR to,
+                                       DWORD size, va_list *values)
+{
+    char text[24];
+    DWORD length = (DWORD) sprintf(text, "Error %u.\r\n", error);
+    char *made = (char *) ((flags & FORMAT_MESSAGE_ALLOCATE_BUFFER) ? malloc(length + 1U) : to);
+    (void) source, (void) language, (void) values;
+    if (!(flags & FORMAT_MESSAGE_FROM_SYSTEM) || !made || (made == to && size <= length))
+        return 0;
+    if (made != to)
+        *(char **) to = made;
+    strcpy(made, text);
+    return length;
+}
+#define FormatMessage FormatMessageA
+#define LocalFree(memory) (free(memory), (HANDLE) NULL)
+
+/* Folders. The program itself is one in the folder that was the current one when it began. */
+DWORD GetCurrentDirectoryA(DWORD size, LPSTR to);
+BOOL SetCurrentDirectoryA(LPCSTR folder);
+DWORD GetModuleFileNameA(HMODULE library, LPSTR to, DWORD size);
+#define GetCurrentDirectory GetCurrentDirectoryA
+#define SetCurrentDirectory SetCurrentDirectoryA
+#define GetModuleFileName GetModuleFileNameA
 
 /* Dynamic libraries. The name ftMscLib.dll, in any spelling and with any folder, is this library. */
 typedef int (__stdcall *FARPROC)(void);
@@ -217,6 +312,28 @@ BOOL WritePrivateProfileStringA(LPCSTR section, LPCSTR key, LPCSTR value, LPCSTR
 
 #ifdef __cplusplus
 }
+#endif
+
+#ifdef __cplusplus
+/* No macros, because these hide those of the standard library, which are taken where both fit. */
+#if !defined(NOMINMAX) && !defined(min) && !defined(max)
+#if __cplusplus >= 201103L
+#define FT_CONSTEXPR constexpr
+#else
+#define FT_CONSTEXPR
+#endif
+#define FT_COMMON(A, B) __decltype(true ? (A) *(A *) 0 : (B) *(B *) 0)
+template <class A, class B> inline FT_CONSTEXPR FT_COMMON(A, B) max(A one, B other)
+{
+    return one > other ? one : other;
+}
+template <class A, class B> inline FT_CONSTEXPR FT_COMMON(A, B) min(A one, B other)
+{
+    return one < other ? one : other;
+}
+#undef FT_CONSTEXPR
+#undef FT_COMMON
+#endif
 #endif
 
 /* Numbers that several threads change. They may be LONG or long. */

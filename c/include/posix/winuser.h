@@ -72,6 +72,31 @@ extern "C" {
 SHORT GetAsyncKeyState(int key);
 SHORT GetKeyState(int key);
 
+/* A message at the console, which waits for a key: Enter is the first button, n No, Esc Cancel or No. When there are no
+   keys it is the last one. */
+#define MB_OK 0x0U
+#define MB_OKCANCEL 0x1U
+#define MB_YESNOCANCEL 0x3U
+#define MB_YESNO 0x4U
+#define MB_RETRYCANCEL 0x5U
+#define MB_ICONERROR 0x10U
+#define MB_ICONSTOP 0x10U
+#define MB_ICONHAND 0x10U
+#define MB_ICONQUESTION 0x20U
+#define MB_ICONWARNING 0x30U
+#define MB_ICONEXCLAMATION 0x30U
+#define MB_ICONINFORMATION 0x40U
+#define MB_ICONASTERISK 0x40U
+#define MB_SETFOREGROUND 0x10000U
+#define MB_TOPMOST 0x40000U
+#define IDOK 1
+#define IDCANCEL 2
+#define IDRETRY 4
+#define IDYES 6
+#define IDNO 7
+int MessageBoxA(HWND window, LPCSTR text, LPCSTR title, UINT kind);
+#define MessageBox MessageBoxA
+
 /* A tone: the terminal's bell. Both return TRUE; the first waits as long as the tone lasts. */
 BOOL Beep(DWORD frequency, DWORD milliseconds);
 BOOL MessageBeep(UINT kind);

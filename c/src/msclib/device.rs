@@ -11,7 +11,10 @@ use parking_lot::Mutex;
 use super::callbacks::{Callbacks, Owner};
 use super::changes::{self, Input};
 use super::kinds::{Context, Event, InputNow, Told};
-use crate::errors::{code_of, FTLIB_ERR_DEVICE_NOT_OPEN, FTLIB_ERR_THREAD_NOT_RUNNING};
+use crate::errors::{
+    code_of, FTLIB_ERR_DEVICE_IS_OPEN, FTLIB_ERR_DEVICE_NOT_OPEN, FTLIB_ERR_SOME_DEVICES_ARE_OPEN,
+    FTLIB_ERR_THREAD_NOT_RUNNING,
+};
 use crate::exit::{self, Transfer};
 use crate::host;
 use crate::i2c::{Done, I2cThread, Request};
@@ -25,6 +28,8 @@ pub(super) struct Device {
     handle: usize,
     /// The host as it was given or configured.
     host: String,
+    /// The number of the COM port as which the program has opened it.
+    port: Option<u32>,
     controller: FoundController,
     session: ProgramSession<Ta>,
     i2c: Mutex<Option<I2cThread>>,
@@ -43,6 +48,7 @@ impl Device {
     pub(super) fn new(
         handle: usize,
         host: String,
+        port: Option<u32>,
         controller: FoundController,
         callbacks: Arc<Callbacks>,
     ) -> Result<Arc<Self>, u32> {
@@ -57,6 +63,7 @@ impl Device {
         let device = Arc::new(Self {
             handle,
             host,
+            port,
             controller,
             session,
             i2c: Mutex::default(),
@@ -80,6 +87,14 @@ impl Device {
     /// Whether it is the device at this host.
     pub(super) fn is_at(&self, host: &str) -> bool {
         self.host.eq_ignore_ascii_case(host)
+    }
+
+    /// The code when it is to be opened again, as this COM port.
+    pub(super) fn why_not_again(&self, port: Option<u32>) -> u32 {
+        match (self.port, port) {
+            (Some(open), Some(other)) if open != other => FTLIB_ERR_SOME_DEVICES_ARE_OPEN,
+            _ => FTLIB_ERR_DEVICE_IS_OPEN,
+        }
     }
 
     pub(super) fn controller(&self) -> &FoundController {

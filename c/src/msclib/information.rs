@@ -145,22 +145,23 @@ pub(crate) extern "C" fn ftxGetFirmwareStrg(handle: Handle, to: TextOut, size: u
     device_text(handle, to, size, firmware_text)
 }
 
-/// The maker of the device.
+/// The maker of the device. As its manual says, the original does not read this and the next two from the device, and
+/// programs may compare them.
 #[no_mangle]
 pub(crate) extern "C" fn ftxGetManufacturerStrg(handle: Handle, to: TextOut, size: u32) -> u32 {
-    device_text(handle, to, size, |_| "fischertechnik".to_owned())
+    device_text(handle, to, size, |_| "MSC Vertriebs GmbH".to_owned())
 }
 
 /// The kind of the device.
 #[no_mangle]
 pub(crate) extern "C" fn ftxGetShortNameStrg(handle: Handle, to: TextOut, size: u32) -> u32 {
-    device_text(handle, to, size, |_| "ROBO TXT".to_owned())
+    device_text(handle, to, size, |_| "ROBO TX Controller".to_owned())
 }
 
-/// The kind of the device, in full.
+/// The same: the original's long name is its short one.
 #[no_mangle]
 pub(crate) extern "C" fn ftxGetLongNameStrg(handle: Handle, to: TextOut, size: u32) -> u32 {
-    device_text(handle, to, size, |_| "ROBOTICS TXT Controller".to_owned())
+    ftxGetShortNameStrg(handle, to, size)
 }
 
 /// The name that its owner gave the controller.

@@ -19,7 +19,7 @@ use crate::errors::{
     FTLIB_ERR_UNKNOWN_DEVICE_HANDLE, FTLIB_ERR_WRONG_HOSTNAME_LEN,
 };
 use crate::exit::{self, Transfer};
-use crate::ports::Ports;
+use crate::ports::{number_of, Ports};
 use crate::report;
 
 /// How long opening a device waits for its controller.
@@ -131,7 +131,8 @@ impl Library {
             log::error!("{name}: no controller is named for it; see FT_TXT_PORTS and FT_TXT_HOST");
             FTLIB_ERR_OPEN_COM
         })?;
-        self.begin_open(&host)?;
+        let port = number_of(name);
+        self.begin_open(&host, port)?;
         exit::watch_signals();
         let controller = find(&host);
         let mut state = self.state.lock();
@@ -143,23 +144,25 @@ impl Library {
         // Also when the library was closed meanwhile.
         let callbacks = state.callbacks()?;
         let address = controller.address;
-        if state.devices.iter().any(|device| device.controller().address == address) {
-            return Err(FTLIB_ERR_DEVICE_IS_OPEN);
+        if let Some(open) = state.devices.iter().find(|it| it.controller().address == address) {
+            return Err(open.why_not_again(port));
         }
         let handle = FIRST_HANDLE + state.handles * STEP;
-        let device = Device::new(handle, host, controller, callbacks)?;
+        let device = Device::new(handle, host, port, controller, callbacks)?;
         state.handles += 1;
         state.devices.push(device);
         Ok(handle as *mut c_void)
     }
 
     /// Sees to it that a host is opened by one thread only.
-    fn begin_open(&self, host: &str) -> Result<(), u32> {
+    fn begin_open(&self, host: &str, port: Option<u32>) -> Result<(), u32> {
         let mut state = self.state.lock();
         state.callbacks()?;
-        let is_opening = state.opening.iter().any(|opening| opening.eq_ignore_ascii_case(host));
-        if is_opening || state.devices.iter().any(|device| device.is_at(host)) {
+        if state.opening.iter().any(|opening| opening.eq_ignore_ascii_case(host)) {
             return Err(FTLIB_ERR_DEVICE_IS_OPEN);
+        }
+        if let Some(open) = state.devices.iter().find(|device| device.is_at(host)) {
+            return Err(open.why_not_again(port));
         }
         state.opening.push(host.to_owned());
         Ok(())

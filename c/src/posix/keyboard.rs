@@ -1,7 +1,7 @@
 //! The keyboard, key by key.
 
 use std::collections::VecDeque;
-use std::ffi::{c_char, c_int};
+use std::ffi::{c_char, c_int, c_void};
 use std::io::{self, Write};
 use std::sync::OnceLock;
 
@@ -12,7 +12,7 @@ use crate::exit;
 use crate::ffi::{caught, text_of};
 
 /// What `_getch` returns when there are no keys any more.
-const NO_KEYS: c_int = -1;
+pub(super) const NO_KEYS: c_int = -1;
 /// How long the rest of a key's sequence may take.
 const REST_OF_KEY_MS: c_int = 20;
 pub(super) const ESCAPE: u8 = 27;
@@ -153,7 +153,7 @@ fn key_waits() -> bool {
     !keys.is_empty()
 }
 
-fn next_key() -> c_int {
+pub(super) fn next_key() -> c_int {
     let mut keys = KEYS.lock();
     if keys.is_empty() {
         single_keys();
@@ -210,6 +210,26 @@ pub extern "C" fn _kbhit() -> c_int {
 #[no_mangle]
 pub extern "C" fn kbhit() -> c_int {
     _kbhit()
+}
+
+/// How many characters of keys wait.
+///
+/// # Safety
+///
+/// `count` is null or points to an integer that this call alone uses.
+#[no_mangle]
+pub unsafe extern "C" fn GetNumberOfConsoleInputEvents(
+    _input: *mut c_void,
+    count: *mut u32,
+) -> c_int {
+    caught(0, || {
+        key_waits();
+        if !count.is_null() {
+            // At most MOST_KEYS. SAFETY: as the caller promises.
+            unsafe { *count = KEYS.lock().len() as u32 };
+        }
+        (!count.is_null()).into()
+    })
 }
 
 /// The next key.

@@ -3,9 +3,11 @@
 
 mod console;
 mod control;
+mod files;
 mod keyboard;
 mod keys;
 mod libraries;
+mod message;
 mod numbers;
 mod objects;
 mod processors;

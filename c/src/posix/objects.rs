@@ -27,6 +27,7 @@ const STILL_ACTIVE: u32 = 259;
 pub(super) enum Object {
     Event { manual: bool, set: bool },
     Mutex { owner: Option<ThreadId>, times: u32 },
+    Semaphore { count: i32, most: i32 },
     Thread { code: Option<u32> },
 }
 
@@ -35,6 +36,7 @@ impl Object {
         match self {
             Self::Event { set, .. } => *set,
             Self::Mutex { owner, .. } => owner.is_none_or(|owner| owner == thread::current().id()),
+            Self::Semaphore { count, .. } => *count > 0,
             Self::Thread { code } => code.is_some(),
         }
     }
@@ -47,6 +49,7 @@ impl Object {
                 *owner = Some(thread::current().id());
                 *times += 1;
             }
+            Self::Semaphore { count, .. } => *count -= 1,
             Self::Thread { .. } => {}
         }
     }
@@ -207,6 +210,53 @@ pub extern "C" fn ReleaseMutex(mutex: Handle) -> i32 {
             }
             Some(())
         }))
+    })
+}
+
+/// Makes a semaphore with this count.
+#[no_mangle]
+pub extern "C" fn CreateSemaphoreA(
+    _security: *mut c_void,
+    count: i32,
+    most: i32,
+    _name: *const c_char,
+) -> Handle {
+    caught(ptr::null_mut(), || match most > 0 && (0..=most).contains(&count) {
+        true => add(Object::Semaphore { count, most }),
+        false => ptr::null_mut(),
+    })
+}
+
+/// Makes a semaphore with this count.
+#[no_mangle]
+pub extern "C" fn CreateSemaphoreW(
+    security: *mut c_void,
+    count: i32,
+    most: i32,
+    _name: *const libc::wchar_t,
+) -> Handle {
+    CreateSemaphoreA(security, count, most, ptr::null())
+}
+
+/// Adds to a semaphore's count, at most to what it may be.
+///
+/// # Safety
+///
+/// `before` is null or points to an integer that this call alone uses.
+#[no_mangle]
+pub unsafe extern "C" fn ReleaseSemaphore(semaphore: Handle, by: i32, before: *mut i32) -> i32 {
+    caught(FALSE, || {
+        let was = change(semaphore, |object| {
+            let Object::Semaphore { count, most } = object else { return None };
+            let was = *count;
+            *count = was.checked_add(by).filter(|sum| by > 0 && sum <= most)?;
+            Some(was)
+        });
+        if let Some(was) = was.filter(|_| !before.is_null()) {
+            // SAFETY: as the caller promises.
+            unsafe { *before = was };
+        }
+        was.is_some().into()
     })
 }
 

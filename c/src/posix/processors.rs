@@ -185,6 +185,12 @@ fn fails(error: u32) -> i32 {
     FALSE
 }
 
+/// Sets what [`GetLastError`] returns in this thread.
+#[no_mangle]
+pub extern "C" fn SetLastError(error: u32) {
+    let _ = LAST_ERROR.try_with(|last| last.set(error));
+}
+
 /// Why the last of these calls has failed in this thread.
 #[no_mangle]
 pub extern "C" fn GetLastError() -> u32 {

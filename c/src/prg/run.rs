@@ -65,7 +65,7 @@ pub(super) fn run(init: PrgInit, tic: PrgTic) -> c_int {
 }
 
 fn connect(host: &str) -> Result<Arc<TransferAreaComHandler>, Error> {
-    let builder = TransferAreaComHandler::builder(host).areas(AREAS);
+    let builder = host::handler(host).areas(AREAS);
     let handler = builder.mode(host::mode_for(TransferMode::Compressed)).build()?;
     process::begin();
     handler.begin_transfer()?;

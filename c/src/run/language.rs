@@ -37,6 +37,20 @@ fn has_end(path: &Path, end: &str) -> bool {
     path.extension().is_some_and(|extension| extension == end)
 }
 
+/// What to do about a program in which `unsigned long` stands for DWORD, as on Windows, if a compiler says that they are
+/// not the same.
+pub(crate) fn advice_for_longs(said: &str) -> &'static str {
+    let is_long =
+        |line: &str| ["long unsigned int", "unsigned long"].iter().any(|it| line.contains(it));
+    let is_ours = |line: &str| ["DWORD", "UINT32", "BOOL32"].iter().any(|it| line.contains(it));
+    // Of formats a compiler speaks, too, where nothing is wrong with the program.
+    let is_meant = |line: &str| is_long(line) && is_ours(line) && !line.contains("format");
+    match said.lines().any(is_meant) {
+        true => "; unsigned long has 8 bytes here: write DWORD, which has 4 as on Windows",
+        false => "",
+    }
+}
+
 /// How to have a source that does not compile taken for the other language, if that may be it.
 pub(crate) fn advice(source: &Source, is_for_txt: bool) -> &'static str {
     match (is_named_c(source) || has_end(&source.path, "C"), source.language) {

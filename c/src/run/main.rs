@@ -61,8 +61,9 @@ fn pass_on(words: &[u8]) {
     let _ = signals::while_writing(|| io::stderr().lock().write_all(words));
 }
 
-/// What is logged unless `RUST_LOG` says more: what a program does that a TXT accepts, but no correct program does.
-const LOG: &str = "warn";
+/// What is logged unless `RUST_LOG` says more: what a program does that a TXT accepts, but no correct program does. That
+/// no I2C device answers is said to the program, or by it.
+const LOG: &str = "warn,ft_transfer_area_simulator::i2c=error";
 
 fn main() -> ExitCode {
     env_logger::Builder::from_env(Env::default().default_filter_or(LOG)).init();

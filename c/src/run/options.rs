@@ -17,9 +17,10 @@ FILE is a source (.c, .cpp, .cc, .cxx), or something that is linked to the progr
 sources that lie directly in it, without those in the folders below it.
 
   --host HOST    the TXT: its name or address, with or without a port, or auto for the only one that is found
-  --world WORLD  without a host: what is plugged into the simulated TXT. none, a world that comes with it
+  --world WORLD  without a host: what is plugged into the simulated TXT: a world that comes with it
                  (car, default, everything, high_bay_warehouse, kit, processing_station, slide, sorting_line),
-                 or the path of a .toml file
+                 the path of a .toml file, or none: no sensors, all inputs are 0, but an ideal encoder motor at
+                 each of M1 to M4
   --show         without a host: show the world on a page in the browser, and press its buttons there
   -I FOLDER      look for headers in this folder, too
   -D NAME[=TEXT] define a name in all sources

@@ -131,7 +131,7 @@ impl Unit<'_> {
             return self.compile_source(&["-c"], object).map(drop);
         };
         if let Some(messages) = self.cache.take(text.key, object) {
-            pass_on(&messages);
+            self.pass_on(&messages);
             return Ok(());
         }
         let assembler = object.with_extension("s");
@@ -150,16 +150,27 @@ impl Unit<'_> {
     /// Compiles the source as it is now to what these options say, and returns what the compiler says.
     fn compile_source(&self, options: &[&str], to: &Path) -> Result<Vec<u8>, Sentence> {
         let output = signals::output_of(self.command().args(options).arg("-o").arg(to))?;
-        pass_on(&output.stderr);
         if output.status.success() {
+            self.pass_on(&output.stderr);
             return Ok(output.stderr);
         }
+        pass_on(&output.stderr);
         let said = String::from_utf8_lossy(&output.stderr);
         let is_for_txt = self.plan.kind.is_some_and(Kind::is_for_txt);
         // A header that is missing is missing in each language.
         let advice = packages::advice_for_header(&said, self.path())
             .unwrap_or_else(|| language::advice(self.source, is_for_txt).into());
-        Err(format!("{} does not compile{advice}", self.path().display()).into())
+        let of_longs = language::advice_for_longs(&said);
+        Err(format!("{} does not compile{advice}{of_longs}", self.path().display()).into())
+    }
+
+    /// Shows the warnings, and says what they mean when the program will not do what it does on Windows.
+    fn pass_on(&self, warnings: &[u8]) {
+        pass_on(warnings);
+        let advice = language::advice_for_longs(&String::from_utf8_lossy(warnings));
+        if !advice.is_empty() {
+            say(&format!("{}{advice}", self.path().display()));
+        }
     }
 
     fn path(&self) -> &Path {

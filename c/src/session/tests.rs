@@ -37,6 +37,17 @@ fn the_areas_of_a_tx_and_of_a_txt_drive_a_motor_and_stop() {
 }
 
 #[test]
+fn i2c_is_connected_when_a_transfer_begins() {
+    // It refuses clients that come later than the firmware waits.
+    let txt = SimulatedTxt::builder().strict(true).start().expect("a free port");
+    let session = session::<FishX1Transfer>(&txt);
+    session.start().expect("it answers");
+    assert!(txt.wait_until(|machine| machine.i2c_connected(), Duration::from_secs(10)));
+    session.stop().expect("it runs");
+    assert_eq!(txt.with_machine(|machine| machine.i2c_connections()), 1);
+}
+
+#[test]
 fn the_first_inputs_are_those_of_the_programs_configuration() {
     let txt = SimulatedTxt::builder().start().expect("a free port");
     let session = session::<Ta>(&txt);

@@ -6,7 +6,7 @@ pub(crate) const HEADERS: [&str; 6] =
     ["ROBO_TX_PRG.h", "ROBO_TX_FW.h", "ftMscLib.h", "ftMscLibEx.h", "ftErrCode.h", "common.h"];
 
 /// Those that replace headers of Windows.
-pub(crate) const POSIX: [&str; 12] = [
+pub(crate) const POSIX: [&str; 19] = [
     "windows.h",
     "conio.h",
     "process.h",
@@ -19,6 +19,13 @@ pub(crate) const POSIX: [&str; 12] = [
     "stdafx.h",
     "SDKDDKVer.h",
     "targetver.h",
+    "windef.h",
+    "winbase.h",
+    "io.h",
+    "direct.h",
+    "share.h",
+    "crtdbg.h",
+    "strsafe.h",
 ];
 
 #[cfg_attr(windows, ignore = "no C compiler is expected there")]

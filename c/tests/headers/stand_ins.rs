@@ -48,6 +48,19 @@ fn texts_are_read_into_places_of_a_size() {
 }
 
 #[test]
+fn names_beside_the_larger_parts_are_there() {
+    let Some(mut program) = built("names.c", Language::C) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    ends_well(program.current_dir(folder.path()), "nx");
+}
+
+#[test]
+fn min_and_max_go_with_the_standard_library() {
+    let Some(mut program) = built("min_max.cpp", Language::Cpp) else { return };
+    ends_well(&mut program, "");
+}
+
+#[test]
 fn settings_are_kept_in_a_file() {
     let Some(mut program) = built("settings.c", Language::C) else { return };
     let folder = tempfile::tempdir().unwrap();

@@ -46,6 +46,7 @@ pub(crate) type BtScan = [u16; 15];
 pub(crate) const SUCCESS: u32 = 0;
 pub(crate) const FAILED: u32 = 0xE000_1000;
 pub(crate) const INVALID_PARAM: u32 = 0xE000_1018;
+pub(crate) const SOME_DEVICES_ARE_OPEN: u32 = 0xE000_1101;
 pub(crate) const DEVICE_IS_OPEN: u32 = 0xE000_1102;
 pub(crate) const DEVICE_NOT_OPEN: u32 = 0xE000_1103;
 pub(crate) const UNKNOWN_DEVICE_HANDLE: u32 = 0xE000_1283;

@@ -62,6 +62,18 @@ fn a_device_is_opened_once_and_its_handle_tells_how_it_stands() {
 }
 
 #[test]
+fn another_port_of_an_open_controller_is_told_from_the_same_one() {
+    let library = initialized();
+    let txt = txt();
+    library.set("FT_TXT_HOST", &txt.address().to_string());
+    assert_eq!((open("COM4").1, open("COM4").1), (SUCCESS, DEVICE_IS_OPEN));
+    assert_eq!(open("COM5").1, SOME_DEVICES_ARE_OPEN);
+    // One that is the same controller by another address.
+    library.set("FT_TXT_PORTS", &format!("COM6=localhost:{}", txt.port()));
+    assert_eq!(open("COM6").1, SOME_DEVICES_ARE_OPEN);
+}
+
+#[test]
 fn what_can_not_be_opened_is_an_error() {
     let library = initialized();
     let mut error = 0;

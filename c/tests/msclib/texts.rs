@@ -42,9 +42,9 @@ fn a_controller_tells_its_name_and_firmware_before_its_transfer() {
     assert_eq!(of(0, GetRoboTxBtAddr), ("00:00:00:00:00:00".to_owned(), 17));
     assert_eq!(of(0, GetRoboTxDllStr), ("06".to_owned(), 2));
     assert_eq!(of_device(ftxGetFirmwareStrg), "V 04.07");
-    assert_eq!(of_device(ftxGetShortNameStrg), "ROBO TXT");
-    assert_eq!(of_device(ftxGetManufacturerStrg), "fischertechnik");
-    assert_eq!(of_device(ftxGetLongNameStrg), "ROBOTICS TXT Controller");
+    assert_eq!(of_device(ftxGetShortNameStrg), "ROBO TX Controller");
+    assert_eq!(of_device(ftxGetManufacturerStrg), "MSC Vertriebs GmbH");
+    assert_eq!(of_device(ftxGetLongNameStrg), "ROBO TX Controller");
     let mut firmware = 0;
     assert_eq!((GetRoboTxFwVal(device, 0, &mut firmware), firmware), (SUCCESS, 0x0006_0407));
     assert_eq!(GetRoboTxInfo(device, 0), SUCCESS);

@@ -102,6 +102,35 @@ fn messages_of_the_compiler_are_passed_on() {
 }
 
 #[test]
+fn a_long_in_place_of_a_dword_is_told() {
+    if !has_compiler() || cfg!(target_pointer_width = "32") {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let run = |name: &str, text: &str| {
+        write(folder.path(), name, text);
+        Run::start(tx_run(&[name]).current_dir(folder.path())).end()
+    };
+    let text = "#include <windows.h>\n#include \"ftMscLib.h\"\n\
+                static void __stdcall reached(unsigned long a, unsigned long b) {}\n\
+                int main(void) { unsigned long error = 0; ftxOpenComDevice((char *) \"\", 0, &error); return 0; }\n";
+    let told = "unsigned long has 8 bytes here: write DWORD, which has 4 as on Windows";
+    run("pointer.cpp", text).badly(told);
+    // Compilers only warn of it in C.
+    let ended = run("pointer.c", text);
+    assert!(ended.err.contains(told), "{}", ended.err);
+    let call = text.replace(
+        "unsigned long error = 0;",
+        "SetCBMotorExReached(reached); return 0; DWORD error;",
+    );
+    run("callback.cpp", &call).badly(told);
+    let right = text.replace("unsigned long", "DWORD");
+    let ended = run("right.cpp", &right);
+    ended.well();
+    assert!(!ended.err.contains(told), "{}", ended.err);
+}
+
+#[test]
 fn what_a_program_lacks_of_its_own_is_named() {
     if !has_compiler() {
         return;

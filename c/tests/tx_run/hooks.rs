@@ -1,6 +1,6 @@
 //! What the hooks do.
 
-use super::support::{has_compiler, run_on, txt};
+use super::support::{has_compiler, program, run_on, tx_run, txt, wait_for, Run};
 
 #[test]
 fn the_c_library_is_there() {
@@ -39,6 +39,19 @@ fn i2c_answers_between_two_tics() {
 }
 
 #[test]
+fn i2c_is_connected_before_a_program_asks_for_it() {
+    if !has_compiler() {
+        return;
+    }
+    // It refuses clients that come later than the firmware waits.
+    let txt = txt().strict(true).start().unwrap();
+    let run = run_on(&txt, "motor.c", "");
+    wait_for(&txt, "the connection", |machine| machine.i2c_connected());
+    txt.with_machine(|machine| machine.controllers[0].uni[0] = 1);
+    run.end().well();
+}
+
+#[test]
 fn an_error_of_i2c_is_not_said_again_and_again() {
     if !has_compiler() {
         return;
@@ -47,6 +60,12 @@ fn an_error_of_i2c_is_not_said_again_and_again() {
     let ended = run_on(&txt, "i2c_missing.c", "").end();
     ended.well();
     assert_eq!(ended.err.matches("I2C: ").count(), 1, "{}", ended.err);
+    // Nor by the simulated TXT in its place.
+    let mut command = tx_run(&["--world", "none"]);
+    let ended = Run::start(command.arg(program("i2c_missing.c")).env_remove("RUST_LOG")).end();
+    ended.well();
+    let lines = ended.err.lines().filter(|line| line.contains("I2C"));
+    assert_eq!(lines.count(), 1, "{}", ended.err);
 }
 
 #[test]

@@ -140,19 +140,18 @@ fn wherever_a_byte_is_wrong_what_is_missing_is_told() {
     // Each byte of the head of a chunk and of the end of the data, and some of all others behind the head of the file.
     let head = chunk.start..chunk.start + 52;
     let end = sample.data_end..sample.data_end + 13;
-    let some = (sample.chunks[0].start..sample.whole.len()).step_by(sample.whole.len() / 60);
+    let some = (sample.chunks[0].start..sample.whole.len()).step_by(sample.whole.len() / 20);
     for at in head.clone().chain(end).chain(some) {
-        for change in [0x01, 0x80] {
-            let what = format!("{at} of {}, {change}", sample.whole.len());
-            let found = sample.read_with(&what, |bytes| bytes[at] ^= change);
-            let missing = sample.missing(&found);
-            assert!(missing == 0 || found.damage.is_some(), "{what}: {missing} entries");
-            // The times of a chunk are told twice, and nobody needs them.
-            if head.contains(&at) && !(9..25).contains(&(at - head.start)) {
-                assert!(found.damage.is_some(), "{what}: byte {} of the chunk", at - head.start);
-                let next = sample.entries.len() / 2;
-                assert!(missing < next, "{what}: {missing} entries: only this chunk is missing");
-            }
+        let change = if at % 2 == 0 { 0x01 } else { 0x80 };
+        let what = format!("{at} of {}, {change}", sample.whole.len());
+        let found = sample.read_with(&what, |bytes| bytes[at] ^= change);
+        let missing = sample.missing(&found);
+        assert!(missing == 0 || found.damage.is_some(), "{what}: {missing} entries");
+        // The times of a chunk are told twice, and nobody needs them.
+        if head.contains(&at) && !(9..25).contains(&(at - head.start)) {
+            assert!(found.damage.is_some(), "{what}: byte {} of the chunk", at - head.start);
+            let next = sample.entries.len() / 2;
+            assert!(missing < next, "{what}: {missing} entries: only this chunk is missing");
         }
     }
 }
@@ -189,7 +188,7 @@ fn an_index_that_lies_changes_nothing() {
         assert_eq!((sample.missing(&found), found.damage), (0, None));
         assert!(!found.is_cut_off);
     }
-    for at in index.step_by(97) {
+    for at in index.step_by(301) {
         let found = sample.read_with("the index", |bytes| bytes[at] ^= 0x40);
         assert_eq!((sample.missing(&found), found.damage), (0, None), "{at}");
     }
@@ -213,7 +212,7 @@ fn what_can_t_be_read_takes_little_memory() {
     for length in [u64::MAX, 60 << 20] {
         bytes.truncate(chunk + 1);
         bytes.extend(length.to_le_bytes());
-        bytes.extend(vec![0; 20 << 20]);
+        bytes.extend(vec![0; 4 << 20]);
         bytes.extend(&sample.whole[chunk..]);
         fs::write(&path, &bytes).unwrap();
         let mut found = None;
@@ -224,7 +223,7 @@ fn what_can_t_be_read_takes_little_memory() {
         });
         let (count, damage) = found.unwrap();
         assert_eq!(count, sample.entries.len() + 1, "all, and that something is missing");
-        assert!(damage.unwrap().bytes > 20 << 20);
+        assert!(damage.unwrap().bytes > 4 << 20);
         assert!(taken.bytes_max < 96 << 20, "{} bytes", taken.bytes_max);
     }
 }

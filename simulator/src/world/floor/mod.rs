@@ -75,6 +75,8 @@ pub(super) struct Floor {
 pub(super) struct Spot {
     pub(super) name: String,
     pub(super) kind: SpotKind,
+    /// Whether the newest piece that the script wanted to put here had no room.
+    pub(super) is_refused: bool,
 }
 
 #[derive(Clone, Copy, Debug)]

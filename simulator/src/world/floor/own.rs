@@ -76,11 +76,14 @@ impl LockedFloor<'_> {
         place.is_some_and(|place| self.floor.add(piece, place).is_ok())
     }
 
-    /// Puts a new piece at a place, or logs why it can't.
+    /// Puts a new piece at a place, or logs why it can't, once until the next one that it can take.
     pub(in crate::world) fn add_or_tell(&mut self, piece: Piece, name: &str) {
-        if !self.add(piece, name) {
+        let Some(place) = self.floor.place(self.prefix, name) else { return };
+        let is_refused = self.floor.add(piece, place).is_err();
+        if is_refused && !self.floor.spots[place].is_refused {
             self.floor.tell(format_args!("{piece} can't be put in: {name} can't take it"));
         }
+        self.floor.spots[place].is_refused = is_refused;
     }
 }
 
@@ -214,7 +217,7 @@ impl WorldState {
     ///   that it can take.
     /// * A gripper lets a piece go where there is no place, or where the place can't take it.
     /// * A gripper should take what another one holds, or a fork can't put its container down.
-    /// * The script puts a piece where there is no room.
+    /// * The script puts a piece where there is no room, once until there is room for one.
     pub fn mishaps(&self) -> Vec<String> {
         let Some(own) = &self.floor else { return Vec::new() };
         let floor = own.shared.lock();

@@ -57,7 +57,7 @@ impl Plan {
                     .map_err(|mistake| (Some(index), mistake))?;
                 let kind = plan.kind(index, world, &names, place);
                 let name = names.full(index, &place.name);
-                plan.floor.spots.push(Spot { name, kind });
+                plan.floor.spots.push(Spot { name, kind, is_refused: false });
             }
         }
         plan.join(worlds, &names, same).map_err(|mistake| (None, mistake))?;
