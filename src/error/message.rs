@@ -87,6 +87,11 @@ impl Error {
                  name servers, or use the numeric address: 192.168.7.2 for USB, 192.168.8.2 for \
                  Wi-Fi, 192.168.9.2 for Bluetooth"
             ),
+            Self::ConnectionRefused { address } if address.starts_with("127.0.0.1:") => write!(
+                f,
+                "nothing listens at {address}, which is this computer; the program `txt simulate` starts a \
+                 simulated TXT here, and a real one has another address, such as 192.168.7.2 for USB"
+            ),
             Self::ConnectionRefused { address } => write!(
                 f,
                 "nothing listens at {address}; check that this is the address of the TXT and that it \
@@ -259,6 +264,13 @@ mod tests {
         assert!(!silent(stop).contains("another program"));
         assert!(closed(start).contains("try again then"));
         assert!(!closed(stop).contains("try again"));
+    }
+
+    #[test]
+    fn on_this_computer_the_simulated_txt_may_be_missing() {
+        let refused = |address: &str| Error::ConnectionRefused { address: address.to_owned() };
+        assert!(refused("127.0.0.1:65000").to_string().contains("txt simulate"));
+        assert!(!refused("192.168.7.2:65000").to_string().contains("txt simulate"));
     }
 
     #[test]

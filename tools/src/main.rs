@@ -7,6 +7,7 @@ mod check;
 mod classroom;
 mod commands;
 mod find;
+mod gate;
 mod guardian;
 mod interrupt;
 mod lesson;
@@ -83,6 +84,11 @@ fn main() -> ExitCode {
     let mut logger = env_logger::Builder::from_env(Env::default().default_filter_or(LOG));
     logger.target(Target::Pipe(Box::new(lines::Log))).init();
     interrupt::outlive_full_files();
+    if std::env::args_os().len() == 1 {
+        // Who asks for nothing has made no mistake. Where the text can't go, there is nobody to tell.
+        let _ = Cli::<Tool>::command().print_help();
+        return ExitCode::SUCCESS;
+    }
     let code = match Cli::<Any>::parse().tool {
         Any::Tool(tool) => run(tool),
         Any::ShellFiles(args) => ended(shell_files::run(args, Cli::<Tool>::command())),

@@ -64,6 +64,8 @@ pub(crate) enum Gone {
     Unanswered,
     /// `txt watch` itself ends.
     Watch,
+    /// Somebody has disconnected it on the page.
+    Page,
 }
 
 impl Gone {
@@ -76,6 +78,7 @@ impl Gone {
             Self::Lost => "lost",
             Self::Unanswered => "unanswered",
             Self::Watch => "watch_ends",
+            Self::Page => "disconnected",
         }
     }
 }
@@ -97,6 +100,7 @@ impl fmt::Display for Gone {
                 "the controller has not answered the program's StopOnline, and no program has come back",
             ),
             Self::Watch => f.write_str("txt watch ends while a program is online"),
+            Self::Page => f.write_str("the program was disconnected on the page of txt watch"),
         }
     }
 }

@@ -57,3 +57,12 @@ fn completions_and_manual_pages_have_each_command() {
         assert!(text.contains(&format!("txt {command} ")), "{command} has no example");
     }
 }
+
+#[test]
+fn without_a_command_the_help_comes_and_that_is_no_error() {
+    let output = Command::new(env!("CARGO_BIN_EXE_txt")).output().unwrap();
+    assert!(output.status.success(), "{}", output.status);
+    let help = String::from_utf8(output.stdout).unwrap();
+    assert!(help.contains("panel") && help.contains("Example: txt panel"), "{help}");
+    assert!(output.stderr.is_empty(), "{:?}", output.stderr);
+}

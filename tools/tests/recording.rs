@@ -53,10 +53,13 @@ fn a_recording_by_the_program_has_a_table_and_is_not_replaced() {
     let table = run(&["csv", &path, "I4", "C1"]);
     let table = String::from_utf8(table.stdout).unwrap();
     let mut lines = table.lines();
-    assert_eq!(lines.next(), Some("time,cycle,I4,C1"));
+    assert_eq!(lines.next(), Some("time,cycle,I4,C1,utc"));
     assert_eq!(lines.clone().count() as u64, info["cycles"].as_u64().unwrap());
     // The slide is half way between 5 and 25 cm.
-    assert!(lines.all(|line| line.ends_with(",15,0")), "{table}");
+    assert!(lines.clone().all(|line| line.contains(",15,0,")), "{table}");
+    // The time of day, to the millisecond.
+    let is_time = |line: &str| line.rsplit_once(',').is_some_and(|(_, utc)| utc.len() == 23);
+    assert!(lines.all(is_time), "{table}");
 }
 
 /// The names of what is in a folder.

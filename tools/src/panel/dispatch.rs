@@ -68,7 +68,7 @@ impl Panel {
 
     /// The first message for a page.
     pub(crate) fn hello(&self, page: PageId) -> String {
-        let host = |(id, host): (usize, &Host)| json!({"id": id, "address": host.address, "simulated": host.is_simulated(), "driven": host.is_driven(), "hands": host.has_hands()});
+        let host = |(id, host): (usize, &Host)| json!({"id": id, "address": host.address, "simulated": host.is_simulated(), "driven": host.is_driven(), "hands": host.has_hands(), "watched": host.is_watched()});
         let hosts: Vec<_> = self.hosts.iter().enumerate().map(host).collect();
         let version = env!("CARGO_PKG_VERSION");
         json!({"type": "hello", "version": version, "page": page, "hosts": hosts}).to_string()
@@ -120,6 +120,8 @@ impl Panel {
                 Ok(())
             }
             Request::Stop => self.stop_by_page(),
+            Request::Disconnect => self.host(host).and_then(|host| host.gate(false)),
+            Request::Admit => self.host(host).and_then(|host| host.gate(true)),
             Request::World(request) => self.change_world(page, host, area, &request),
             Request::Work(work) => return self.order(page, host, area, work, reply),
         };

@@ -22,6 +22,7 @@ use super::watched::Watched;
 use super::worker::{AreaOrder, Controller, Worker};
 use super::world::Simulated;
 use crate::commands::stop_all;
+use crate::gate::Gate;
 
 /// How many commands may wait for a controller. It takes them 100 times a second.
 const WAITING: usize = 64;
@@ -41,6 +42,8 @@ pub(crate) struct Host {
     camera: Arc<Camera>,
     /// `None` if another program drives it.
     driven: Option<Driven>,
+    /// Where that program goes through this one.
+    gate: Option<Arc<Gate>>,
     /// Whether the outputs were off then.
     ended: Receiver<bool>,
 }
@@ -79,19 +82,25 @@ impl Host {
         })?;
         let camera = Arc::default();
         let simulated = Some(simulated);
-        Ok(Self { address, state, simulated, hands: true, camera, driven: None, ended })
+        let (hands, driven, gate) = (true, None, None);
+        Ok(Self { address, state, simulated, hands, camera, driven, gate, ended })
     }
 
     /// A controller that another program drives through this one, and where to say what has happened to it.
-    pub(crate) fn watched(address: &str, common: &Arc<Common>) -> (Self, Watched) {
+    pub(crate) fn watched(
+        address: &str,
+        common: &Arc<Common>,
+        gate: &Arc<Gate>,
+    ) -> (Self, Watched) {
         let (publish, state) = watch::channel(None);
         let camera = Arc::new(Camera::default());
-        let watched = Watched::new(Arc::clone(common), Arc::clone(&camera), publish);
+        let (common, kept) = (Arc::clone(common), Arc::clone(gate));
+        let watched = Watched::new(common, Arc::clone(&camera), kept, publish);
         // Its end is that of the program.
         let (_, ended) = bounded(0);
-        let address = address.to_owned();
-        let host =
-            Self { address, state, simulated: None, hands: false, camera, driven: None, ended };
+        let (address, gate) = (address.to_owned(), Some(Arc::clone(gate)));
+        let (simulated, hands, driven) = (None, false, None);
+        let host = Self { address, state, simulated, hands, camera, driven, gate, ended };
         (host, watched)
     }
 
@@ -132,7 +141,8 @@ impl Host {
             camera: camera::start(handler, Arc::clone(&camera))?,
         };
         let driven = Some(driven);
-        let host = Self { address, state, simulated, hands: true, camera, driven, ended };
+        let (hands, gate) = (true, None);
+        let host = Self { address, state, simulated, hands, camera, driven, gate, ended };
         spawn("host", move || {
             // Nobody may wait for it any more.
             let _ = end.send(worker.run());
@@ -158,6 +168,7 @@ impl Host {
             hands: false,
             camera: Arc::clone(&self.camera),
             driven: None,
+            gate: None,
             ended: self.ended.clone(),
         }
     }
@@ -175,6 +186,23 @@ impl Host {
     /// Whether this program drives it.
     pub(crate) fn is_driven(&self) -> bool {
         self.driven.is_some()
+    }
+
+    /// Whether another program drives it through this one.
+    pub(crate) fn is_watched(&self) -> bool {
+        self.gate.is_some()
+    }
+
+    /// Disconnects the program that drives it through this one, or lets programs in again.
+    pub(crate) fn gate(&self, opens: bool) -> Result<(), Problem> {
+        let text = "no other program drives this controller through this one";
+        let gate = self.gate.as_ref().ok_or_else(|| Problem::new("not_watched", text))?;
+        if opens {
+            gate.open();
+        } else {
+            gate.shut();
+        }
+        Ok(())
     }
 
     /// Sets all outputs to 0 now. The worker does it, too; this works even if that hangs.

@@ -24,6 +24,9 @@ pub(crate) enum Request {
     Take,
     Release,
     Stop,
+    /// For a controller that another program drives through this one.
+    Disconnect,
+    Admit,
     World(WorldRequest),
     Work(Work),
 }
@@ -111,6 +114,8 @@ fn understand(value: Value) -> Result<Message, Problem> {
         "take" => Request::Take,
         "release" => Request::Release,
         "stop" => Request::Stop,
+        "disconnect" => Request::Disconnect,
+        "admit" => Request::Admit,
         "camera" => Request::Work(Work::Camera(parse(value)?)),
         "i2c_scan" | "i2c_read" | "i2c_write" => Request::Work(Work::I2c(parse(value)?)),
         "press" | "sensor" | "remote" | "plug" | "put" | "take_away" => {

@@ -108,6 +108,8 @@ pub(super) struct WatchedState {
     /// Commands that were not an exchange.
     pub(super) commands: u64,
     pub(super) i2c: Option<I2cState>,
+    /// Whether programs are refused.
+    pub(super) shut: bool,
 }
 
 /// How long the program took from a response to its next request, in ms.

@@ -15,9 +15,10 @@ use super::state::{
     self, AnswerState, HostState, I2cState, Link, Newest, Phase, WatchedState, STATE_PERIOD,
 };
 use crate::commands::stop_all;
+use crate::gate::Gate;
 use crate::seen::{
-    forgotten, halted, missed, no_answer, not_understood, unanswered, Cycle, Farewell, Happened,
-    I2cExchange, Line, Seen, FAREWELL_UNANSWERED,
+    forgotten, halted, missed, no_answer, not_understood, unanswered, Cycle, Farewell, Gone,
+    Happened, I2cExchange, Line, Seen, FAREWELL_UNANSWERED,
 };
 
 /// Of how many answers the median is shown.
@@ -29,6 +30,7 @@ const LATE: Duration = Duration::from_millis(10);
 pub(crate) struct Watched {
     common: Arc<Common>,
     camera: Arc<Camera>,
+    gate: Arc<Gate>,
     publish: watch::Sender<Newest>,
     next_state: Instant,
     /// How many programs are connected.
@@ -58,11 +60,13 @@ impl Watched {
     pub(super) fn new(
         common: Arc<Common>,
         camera: Arc<Camera>,
+        gate: Arc<Gate>,
         publish: watch::Sender<Newest>,
     ) -> Self {
         let mut watched = Self {
             common,
             camera,
+            gate,
             publish,
             next_state: Instant::now(),
             programs: 0,
@@ -210,7 +214,8 @@ impl Watched {
             written: last.written.clone(),
             read: last.read.clone(),
         });
-        let watched = WatchedState { answer: self.answers.state(), commands: self.commands, i2c };
+        let (answer, commands, shut) = (self.answers.state(), self.commands, self.gate.is_shut());
+        let watched = WatchedState { answer, commands, i2c, shut };
         let state = HostState {
             at: self.common.begin.elapsed().as_millis(),
             link: Link {
@@ -254,7 +259,11 @@ fn problem(seen: &Seen) -> Option<Problem> {
             ("connect_failed", format!("the controller refuses the connection: {error:#}"))
         }
         Happened::Halted { gone, error } => {
-            let code = if error.is_none() { "halted" } else { "halt_failed" };
+            let code = match (error, gone) {
+                (Some(_), _) => "halt_failed",
+                (None, Gone::Page) => "disconnected",
+                (None, _) => "halted",
+            };
             (code, halted(*gone, error.as_ref()))
         }
         Happened::Offline(Farewell::Unanswered) => {

@@ -195,6 +195,10 @@ impl Simulated {
 fn configure(world: &WorldState, index: usize, area: &mut FishX1Transfer) {
     for input in Input::ALL {
         let sensor = world.sensor(index, input);
+        // A light barrier is light or dark, like a button.
+        let is_barrier = matches!(sensor, Some(Sensor::PhotoTransistor { .. }))
+            && world.place_seen(index, input).is_some();
+        let sensor = sensor.filter(|_| !is_barrier);
         let (mode, digital) = sensor.map_or((InputMode::Resistance, true), Sensor::input_mode);
         area.set_ft_uni_config(input, mode, digital);
     }
@@ -305,5 +309,21 @@ fn board_report(state: &WorldState, index: usize, board: &Board, alive: bool) ->
         inputs: Input::ALL.into_iter().filter_map(sensor).collect(),
         motors: Motor::ALL.into_iter().filter_map(motor).collect(),
         lamps: Output::ALL.into_iter().filter_map(lamp).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_barriers_are_light_or_dark() {
+        let world = World::shipped("sorting_line").unwrap();
+        let simulated = Simulated::start(Some(world), None).unwrap();
+        let mut areas = vec![FishX1Transfer::default()];
+        simulated.configure(&mut areas);
+        let is_digital = |input: Input| areas[0].config.uni[input.index()].is_digital();
+        // The colour sensor between them has a voltage.
+        assert_eq!([Input::I1, Input::I2, Input::I3].map(is_digital), [true, false, true]);
     }
 }

@@ -3,16 +3,19 @@
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
 
 use anyhow::Context;
 use ft_transfer_area_recorder::{Column, Recorded, Recording};
 
+use super::clock;
 use super::survey::{progress, Survey};
 use super::whole::say_what_is_missing;
 
 const AFTER_HELP: &str = "\
 One line for each cycle: the time in seconds since the beginning, the number of the cycle, and the
 inputs, counters and motors, E1.I1 for extension 1. Motors are -512 to 512, negative for backwards.
+The last column is the time of day in UTC.
 
 Example: txt csv run.mcap I1 M1 E1.C1 -o run.csv";
 
@@ -88,7 +91,9 @@ fn write(
 ) -> Result<Recording, Failure> {
     let mut table = csv::Writer::from_writer(out);
     let names = columns.iter().map(ToString::to_string);
-    table.write_record(["time", "cycle"].map(str::to_owned).into_iter().chain(names))?;
+    let names = ["time", "cycle"].map(str::to_owned).into_iter().chain(names);
+    table.write_record(names.chain(["utc".to_owned()]))?;
+    let started = recording.started().duration_since(UNIX_EPOCH).unwrap_or_default();
     let progress = progress("writes");
     for entry in recording.by_ref() {
         let entry = entry.map_err(Failure::Read)?;
@@ -98,7 +103,9 @@ fn write(
         // An area that the handler did not have is empty.
         let text = |value: Option<i32>| value.map_or(String::new(), |value| value.to_string());
         let values = columns.iter().map(|column| text(column.value(&cycle.areas)));
-        table.write_record(head.into_iter().chain(values))?;
+        let of_day = started + entry.at;
+        let utc = format!("{}.{:03}", clock::utc(of_day), of_day.subsec_millis());
+        table.write_record(head.into_iter().chain(values).chain([utc]))?;
     }
     progress.finish_and_clear();
     table.flush().map_err(Failure::Write)?;

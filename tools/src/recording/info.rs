@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
+use super::clock;
 use super::survey::Survey;
 use crate::print;
 
@@ -48,7 +49,7 @@ fn text(survey: &Survey) -> String {
     line("extensions", survey.extensions.to_string());
     line("started", started(survey.started));
     line("length", format!("{:.2} s, {} kB", survey.seconds, survey.bytes.div_ceil(1000)));
-    line("transfers", format!("{}, with {} gaps", survey.transfers, survey.gaps));
+    line("transfers", format!("{}, with {}", survey.transfers, counted(survey.gaps, "gap")));
     line("cycles", format!("{}, {} entries lost by a slow disk", survey.cycles, survey.lost));
     let Survey { shortest_cycle_ms, mean_cycle_ms, longest_cycle_ms, .. } = survey;
     line(
@@ -74,31 +75,22 @@ fn text(survey: &Survey) -> String {
     lines.concat()
 }
 
-/// The time in UTC.
+/// The time in UTC, and how long ago it was if that is less than a day.
 fn started(seconds: f64) -> String {
     let since_1970 = Duration::try_from_secs_f64(seconds).unwrap_or_default();
     let ago = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH + since_1970);
-    let (year, month, day) = date((since_1970.as_secs() / 86_400) as i64);
-    let of_day = since_1970.as_secs() % 86_400;
-    let (hour, minute, second) = (of_day / 3600, of_day / 60 % 60, of_day % 60);
-    let time = format!("{year}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02} UTC");
+    let time = clock::utc(since_1970);
     match ago {
-        Ok(ago) if ago.as_secs() < 86_400 => format!("{time}, {} minutes ago", ago.as_secs() / 60),
-        _ => time,
+        Ok(ago) if ago.as_secs() < 86_400 => {
+            format!("{time} UTC, {} ago", counted(ago.as_secs() / 60, "minute"))
+        }
+        _ => format!("{time} UTC"),
     }
 }
 
-/// The date of a day since 1970, in the calendar of 400 years with 146097 days.
-fn date(days: i64) -> (i64, i64, i64) {
-    // Years begin in March, so that the leap day is the last of its year.
-    let days = days + 719_468;
-    let (era, of_era) = (days.div_euclid(146_097), days.rem_euclid(146_097));
-    let year_of_era = (of_era - of_era / 1_460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    (400 * era + year_of_era + i64::from(month <= 2), month, day)
+/// So many of something, such as "1 gap" and "2 gaps".
+fn counted(count: u64, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 #[cfg(test)]
@@ -106,18 +98,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dates_have_leap_years() {
-        for (days, expected) in [
-            (0, (1970, 1, 1)),
-            (59, (1970, 3, 1)),
-            (11_016, (2000, 2, 29)),
-            (11_017, (2000, 3, 1)),
-            (19_782, (2024, 2, 29)),
-            (20_453, (2025, 12, 31)),
-            (47_540, (2100, 2, 28)),
-            (47_541, (2100, 3, 1)),
-        ] {
-            assert_eq!(date(days), expected, "{days}");
-        }
+    fn one_of_something_is_not_several() {
+        assert_eq!([0, 1, 2].map(|count| counted(count, "gap")), ["0 gaps", "1 gap", "2 gaps"]);
     }
 }

@@ -1,5 +1,6 @@
 //! Recordings: written, read, drawn, replayed.
 
+mod clock;
 pub(crate) mod compare;
 pub(crate) mod csv;
 pub(crate) mod info;

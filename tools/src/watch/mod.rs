@@ -33,6 +33,7 @@ use self::decode::Decoder;
 use self::record::Record;
 use self::relay::Relay;
 use self::tap::Pieces;
+use crate::gate::Gate;
 use crate::interrupt::{self, Driving};
 use crate::panel::pages::{self, Watched};
 use crate::program::{Program, Reads};
@@ -55,7 +56,7 @@ const FAREWELL: Duration = Duration::from_secs(1);
 const AFTER: &str = "\
 Let your program connect to 127.0.0.1 instead of the controller: ftrobopy, ROBO Pro, the kit's
 programs and those of this library. Every byte is passed on as it is, in both directions, and
-the page shows what the bytes mean. The page drives nothing.
+the page shows what the bytes mean. The page drives nothing; it can disconnect the program.
 
 The camera is one port after the main port, and I2C two, on both sides. When a program that is
 online is killed, disconnects or is silent for 4.5 s, and with Ctrl-C, all outputs go off.
@@ -115,11 +116,13 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     let main = listeners[0].local_addr()?;
     let record = output.map(|output| Record::start(output, controller.ip())).transpose()?;
     drop(reader);
+    let gate = Arc::<Gate>::default();
     let mut _opening = Opening::default();
     let (page, watched) = if args.no_page {
         (None, None)
     } else {
-        let (url, watched, opening) = pages::watch(&controller.to_string(), !args.no_browser)?;
+        let (url, watched, opening) =
+            pages::watch(&controller.to_string(), &gate, !args.no_browser)?;
         _opening = opening;
         (Some(url), Some(watched))
     };
@@ -139,7 +142,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     }
     let driving = Driving::begin();
     let (tap, pieces) = tap::tap();
-    let relay = Relay::start(listeners, controller, tap, args.leave_outputs)?;
+    let relay = Relay::start(listeners, controller, tap, args.leave_outputs, gate)?;
     let ending = Arc::new(AtomicBool::new(false));
     let looker = Looker {
         pieces,

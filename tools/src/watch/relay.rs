@@ -23,6 +23,7 @@ use super::order::{Order, ORDER_LIMIT};
 use super::passage::{connect, reset, Passage, Stage, Then, CHUNK};
 use super::ports::behind;
 use super::tap::{Piece, Tap, What};
+use crate::gate::Gate;
 use crate::lines::Rarely;
 use crate::seen::{Gone, Line};
 
@@ -45,7 +46,7 @@ const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 /// A relay that runs, until it is dropped.
 pub(super) struct Relay {
     stop: Arc<AtomicBool>,
-    waker: Waker,
+    gate: Arc<Gate>,
     thread: Option<JoinHandle<()>>,
     /// Why it has ended by itself.
     pub(super) failure: Receiver<io::Error>,
@@ -57,10 +58,10 @@ impl Relay {
         controller: SocketAddr,
         tap: Tap,
         leaves_outputs: bool,
+        gate: Arc<Gate>,
     ) -> anyhow::Result<Self> {
-        let mut worker = Worker::new(listeners, controller, tap, leaves_outputs)?;
-        let waker = Waker::new(worker.poll.registry(), WAKER)?;
-        let stop = Arc::clone(&worker.stop);
+        let mut worker = Worker::new(listeners, controller, tap, leaves_outputs, gate)?;
+        let (stop, gate) = (Arc::clone(&worker.stop), Arc::clone(&worker.gate));
         let (failed, failure) = bounded(1);
         let work = move || {
             if let Err(error) = worker.run() {
@@ -69,14 +70,14 @@ impl Relay {
             }
         };
         let thread = thread::Builder::new().name("relay".to_owned()).spawn(work)?;
-        Ok(Self { stop, waker, thread: Some(thread), failure })
+        Ok(Self { stop, gate, thread: Some(thread), failure })
     }
 }
 
 impl Drop for Relay {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
-        if self.waker.wake().is_ok() {
+        if self.gate.wake() {
             if let Some(thread) = self.thread.take() {
                 // It has reported its error.
                 let _ = thread.join();
@@ -109,6 +110,7 @@ struct Worker {
     /// The log has that there are many connections.
     has_warned_of_many: bool,
     order: Order,
+    gate: Arc<Gate>,
     stop: Arc<AtomicBool>,
 }
 
@@ -118,8 +120,10 @@ impl Worker {
         controller: SocketAddr,
         tap: Tap,
         leaves_outputs: bool,
+        gate: Arc<Gate>,
     ) -> io::Result<Self> {
         let poll = Poll::new()?;
+        gate.wakes(Waker::new(poll.registry(), WAKER)?);
         for (index, listener) in listeners.iter_mut().enumerate() {
             poll.registry().register(listener, Token(index), Interest::READABLE)?;
         }
@@ -139,6 +143,7 @@ impl Worker {
             warning: Rarely::default(),
             has_warned_of_many: false,
             order: Order::default(),
+            gate,
             stop: Arc::default(),
         })
     }
@@ -164,6 +169,9 @@ impl Worker {
                 knocks = [true; 3];
             }
             self.busy = false;
+            if self.gate.is_shut() {
+                self.shut_out();
+            }
             // A program that connects to the camera and then starts it has connected first.
             for line in [Line::Camera, Line::I2c] {
                 if knocks[line.index()] {
@@ -182,18 +190,29 @@ impl Worker {
         self.leave(&mut events)
     }
 
-    /// Stops what a program still drives, and closes everything.
-    fn leave(&mut self, events: &mut Events) -> io::Result<()> {
+    /// Stops what programs still drive, and ends all connections.
+    fn end_all(&mut self, gone: Gone) {
         let numbers: Vec<_> = self.passages.keys().copied().collect();
         let (mut driving, others): (Vec<_>, Vec<_>) =
             numbers.into_iter().partition(|number| self.passages[number].is_to_stop());
         // Those that the controller does not serve have nothing to stop, while it serves another one.
         driving.sort_by_key(|number| self.passages[number].is_served());
-        driving.into_iter().for_each(|number| self.halt(number, Gone::Watch));
+        driving.into_iter().for_each(|number| self.halt(number, gone));
         // StopOnline takes a second while a connection to I2C is open.
         others.into_iter().for_each(|number| self.close(number));
         self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::go_on_at_once);
         self.held.clear();
+    }
+
+    /// Somebody wants no program to go on: what it has left on goes off, whatever was wanted at the start.
+    fn shut_out(&mut self) {
+        self.passages.values_mut().for_each(|passage| passage.leaves_outputs = false);
+        self.end_all(Gone::Page);
+    }
+
+    /// Stops what a program still drives, and closes everything.
+    fn leave(&mut self, events: &mut Events) -> io::Result<()> {
+        self.end_all(Gone::Watch);
         loop {
             self.go_on_to_halt();
             if self.halts.is_empty() {
@@ -251,6 +270,10 @@ impl Worker {
                     return;
                 }
             };
+            if self.gate.is_shut() {
+                reset(&program);
+                continue;
+            }
             // What was closed before is closed at the controller first.
             self.pass(|other| line == Line::Main || other == line);
             if line == Line::Main && !self.halts.iter().all(Halt::waits) {
@@ -513,7 +536,8 @@ mod tests {
     fn no_more_stops_wait_than_there_are_connections() {
         let (tap, _pieces) = tap();
         let nobody = SocketAddr::new([127, 0, 0, 1].into(), 1);
-        let mut worker = Worker::new(listen(0).unwrap(), nobody, tap, false).unwrap();
+        let mut worker =
+            Worker::new(listen(0).unwrap(), nobody, tap, false, Arc::default()).unwrap();
         for number in 0..100 {
             worker.halt_later(Halt::later(Gone::Lost, number, Driven::new()));
         }
@@ -528,7 +552,7 @@ mod tests {
         let (tap, _pieces) = tap();
         let listeners = listen(0).unwrap();
         let camera = listeners[1].local_addr().unwrap();
-        let mut worker = Worker::new(listeners, main, tap, false).unwrap();
+        let mut worker = Worker::new(listeners, main, tap, false, Arc::default()).unwrap();
         let come = |_| std::net::TcpStream::connect(camera).unwrap();
         let _programs: Vec<_> = (0..2 * AT_ONCE + 1).map(come).collect();
         for accepted in [AT_ONCE, 2 * AT_ONCE, 2 * AT_ONCE + 1] {

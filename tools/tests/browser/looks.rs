@@ -150,23 +150,52 @@ fn a_phone_shows_the_motors_and_the_stop_at_once_and_german_labels_are_whole() -
     browse(|client| async move {
         let panel = Panel::start(&["simulated", "simulated", "--extensions", "1"])?;
         let page = Page::open(&client, &panel).await?;
-        page.resize(390, 664).await?;
-        let hidden = "const top = document.querySelector('#stop').getBoundingClientRect().top;
-            return [...document.querySelectorAll('.terminal[data-kind=motor] button, .terminal [type=range]')]
-                .filter((one) => one.checkVisibility() && one.getBoundingClientRect().bottom > top)
-                .map((one) => one.ariaLabel)";
-        let hidden = page.run(hidden, json!(null)).await?;
-        ensure!(hidden == json!([]), "out of sight: {hidden}");
-
-        page.click("#language").await?;
-        page.wait_for_text("#role", "Du steuerst").await?;
-        for width in [1440, 1024, 390, 360] {
-            page.resize(width, 800).await?;
-            let cut = page.run(CUT, json!(null)).await?;
-            ensure!(cut == json!([]), "at a width of {width} pixels are cut: {cut}");
+        page.wait_for_text("#role", "You drive").await?;
+        let choose = "const mode = document.querySelector(arguments[0]);
+            mode.value = 'voltage/0';
+            mode.dispatchEvent(new Event('change'))";
+        page.run(choose, json!("[aria-label='Mode of I3']")).await?;
+        page.wait_for_text(".input:nth-child(3) .value", "mV").await?;
+        for language in ["Du steuerst", "You drive"] {
+            for font in FONTS {
+                page.run(SET_FONT, json!(font)).await?;
+                ensure_fits(&page).await.with_context(|| format!("with {font:?}"))?;
+            }
+            page.click("#language").await?;
+            page.wait_for_text("#role", language).await?;
         }
         page.ensure_no_console_errors().await
     })
+}
+
+/// Letters that are wide, narrow and of another kind, whatever fonts are installed.
+const FONTS: [&str; 5] = [
+    "",
+    "* { font-family: monospace !important }",
+    "* { font-family: serif !important }",
+    "* { font-family: sans-serif !important; letter-spacing: 0.05em !important }",
+    "* { font-family: sans-serif !important; letter-spacing: -0.05em !important }",
+];
+
+const SET_FONT: &str = "const style = new CSSStyleSheet();
+    style.replaceSync(arguments[0]);
+    document.adoptedStyleSheets = [style]";
+
+/// The motors and the stop are on a phone's first screen, and nothing is cut.
+async fn ensure_fits(page: &Page) -> Result<()> {
+    page.resize(390, 664).await?;
+    let hidden = "const top = document.querySelector('#stop').getBoundingClientRect().top;
+        return [...document.querySelectorAll('.terminal[data-kind=motor] button, .terminal [type=range]')]
+            .filter((one) => one.checkVisibility() && one.getBoundingClientRect().bottom > top)
+            .map((one) => one.ariaLabel)";
+    let hidden = page.run(hidden, json!(null)).await?;
+    ensure!(hidden == json!([]), "out of sight: {hidden}");
+    for width in [1440, 1024, 390, 360] {
+        page.resize(width, 800).await?;
+        let cut = page.run(CUT, json!(null)).await?;
+        ensure!(cut == json!([]), "at a width of {width} pixels are cut: {cut}");
+    }
+    Ok(())
 }
 
 /// Texts that are longer than their place. What a select offers is measured, because a browser only shows what fits.
@@ -185,7 +214,17 @@ const CUT: &str = "const pen = document.createElement('canvas').getContext('2d')
     });
     const others = visible.filter((one) => one.matches('button, .label, dt, dd, h2, .phase, .display span, .hint, .unit') && one.clientWidth > 0)
         .filter((one) => one.scrollWidth > one.clientWidth + 1).map((one) => one.textContent);
-    return [...selects, ...others]";
+    // What has a fixed size hides what does not fit.
+    const inside = (one) => {
+        const range = document.createRange();
+        range.selectNodeContents(one);
+        const [text, place] = [range.getBoundingClientRect(), one.getBoundingClientRect()];
+        return text.left > place.left - 1 && text.right < place.right + 1;
+    };
+    const broken = (one) => one.matches('button') && !one.firstElementChild && one.clientHeight > 3 * parseFloat(getComputedStyle(one).fontSize) + 10;
+    const fixed = visible.filter((one) => one.matches('.value, .count, .duty, .pace, button') && one.textContent.trim())
+        .filter((one) => !inside(one) || broken(one)).map((one) => one.textContent);
+    return [...selects, ...others, ...fixed]";
 
 #[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
 #[test]

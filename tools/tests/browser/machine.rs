@@ -52,6 +52,9 @@ async fn operate(client: &Client) -> Result<()> {
     page.wait_for(".terminal:nth-child(4)[data-kind=outputs]").await?;
     page.click("[aria-label='Switch O7']").await?;
     page.wait_for("[aria-label='Lamp O7, 31 %']").await?;
+    let colours = "return [7, 8].map((output) => getComputedStyle(document.querySelector(`[aria-label='Value of O${output}']`)).getPropertyValue('--level'))";
+    let colours = page.run(colours, json!(null)).await?;
+    ensure!(colours[0] != colours[1], "O8 is off, but has the colour of O7: {colours}");
     page.ensure_no_console_errors().await
 }
 
@@ -95,10 +98,13 @@ fn the_page_looks_and_presses_while_a_program_drives() -> Result<()> {
         let page = Page::open(&client, &panel).await?;
         page.wait_for_text("#role", "Another program drives").await?;
         page.wait_for("#stop[hidden]").await?;
-        page.wait_for("[aria-label='M1 forward']:disabled").await?;
+        // There is nothing to click that would move nothing.
+        page.wait_for_text(".shown .command", "stands").await?;
+        page.wait_for("body:not(:has([aria-label='M1 forward']))").await?;
 
         handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
         page.wait_for(".moving[data-turns=forward]").await?;
+        page.wait_for_text(".shown .command", "forward 512").await?;
         page.press_mouse("[aria-label='Press I3']").await?;
         drop(handler.areas().wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 1, LIMIT)?);
         page.release_mouse().await?;
@@ -117,6 +123,16 @@ fn a_factory_is_driven_by_other_programs_and_names_of_places_are_at_their_belt()
     })
 }
 
+/// Names at belts that are too small to be read, out of their card, or over each other.
+const NAMES: &str = "const place = (element) => element.getBoundingClientRect();
+    const names = [...document.querySelectorAll(arguments[0])].filter((name) => name.checkVisibility());
+    const over = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 4 && b.top < a.bottom - 4;
+    return names.filter((name, index) => {
+        const [text, card] = [place(name), place(name.closest('.card'))];
+        const covered = names.some((other, at) => at !== index && over(text, place(other)));
+        return covered || text.height < 11 || text.left < card.left || text.right > card.right || text.bottom > card.bottom;
+    }).map((name) => name.textContent)";
+
 async fn page_of_a_factory(page: &Page) -> Result<()> {
     page.wait_for_text("#role", "Another program drives").await?;
     page.wait_for(".belt text").await?;
@@ -127,6 +143,13 @@ async fn page_of_a_factory(page: &Page) -> Result<()> {
                 outside([place(text), place(belt.querySelector('.bed'))])).map((text) => text.textContent))";
     let outside = page.run(script, json!(null)).await?;
     ensure!(outside == json!([]), "{outside} is beyond its belt");
+    page.resize(390, 844).await?;
+    page.wait_for_value(NAMES, ".belt text", |wrong| *wrong == json!([])).await?;
+    page.click("#language").await?;
+    page.wait_for_text(".belt", "Band außen").await?;
+    page.wait_for_value(NAMES, ".belt text", |wrong| *wrong == json!([])).await?;
+    page.click("#language").await?;
+    page.resize(1280, 900).await?;
 
     page.click("#tabs button:first-child").await?;
     page.wait_for(".tile:nth-child(4)").await?;

@@ -21,7 +21,7 @@ const PAUSE: Duration = Duration::from_millis(10);
 
 /// A running `txt panel`.
 pub(crate) struct Panel {
-    _running: Running,
+    running: Running,
     pub(crate) url: String,
 }
 
@@ -31,7 +31,25 @@ impl Panel {
         let running = Running::start(command.args(["panel", "--no-browser"]).args(args));
         let url = running.line();
         ensure!(url.starts_with("http://127.0.0.1:"), "instead of an address: {url:?}");
-        Ok(Self { _running: running, url })
+        Ok(Self { running, url })
+    }
+
+    /// `txt watch` before this controller, and the address for a program.
+    pub(crate) fn watching(controller: &str) -> Result<(Self, String)> {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        let running =
+            Running::start(command.args(["watch", controller, "--port", "0", "--no-browser"]));
+        let main = running.line();
+        let address = main.strip_prefix("main ").context("no main port")?.to_owned();
+        let mut lines = std::iter::repeat_with(|| running.line());
+        let url = lines.find_map(|line| line.strip_prefix("page ").map(str::to_owned));
+        let url = url.context("no page")?;
+        Ok((Self { running, url }, address))
+    }
+
+    /// Sends it a signal, such as STOP.
+    pub(crate) fn signal(&self, signal: &str) {
+        self.running.signal(signal);
     }
 
     /// A page that shows simulated TXTs with this world, and the address for a program that drives the first one.
@@ -45,7 +63,7 @@ impl Panel {
         let mut lines = std::iter::repeat_with(|| running.line());
         let url = lines.find_map(|line| line.strip_prefix("page ").map(str::to_owned));
         let url = url.context("no page")?;
-        Ok((Self { _running: running, url }, address))
+        Ok((Self { running, url }, address))
     }
 }
 

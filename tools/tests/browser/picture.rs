@@ -44,7 +44,7 @@ fn the_picture_shows_discs_on_a_belt() -> Result<()> {
         let page = Page::open(&client, &panel).await?;
         page.prefer("light").await?;
         page.resize(1000, 1400).await?;
-        for (colour, place) in [(1, "white_storage"), (3, "blue_storage"), (2, "colour_sensor")] {
+        for (colour, place) in [(1, "white storage"), (3, "blue storage"), (2, "colour sensor")] {
             page.click(&format!(".floor .chip:nth-child({colour})")).await?;
             page.click(&format!("[aria-label='{place}: empty']")).await?;
             page.wait_for(&format!(".place:not([aria-label='{place}: empty'])")).await?;

@@ -147,6 +147,34 @@ fn outputs_stay_when_that_is_wanted_or_the_session_has_ended() {
     assert_eq!(last(&duties), [M1]);
 }
 
+#[test]
+fn a_page_disconnects_the_program_and_keeps_programs_out_until_it_lets_them_in() {
+    for arguments in [&[][..], &["--leave-outputs"]] {
+        let (txt, duties) = logged(SimulatedTxt::builder().extensions(1));
+        let watch = Watch::start(txt.address(), arguments);
+        let mut page = watch.page();
+        let mut first = program(&watch);
+        first.exchange_all(&[M1, M1]);
+        page.done(json!({"do": "disconnect"}));
+        assert!(txt.wait_until(|machine| !machine.online(), LIMIT), "{arguments:?}");
+        assert_eq!(last(&duties), [[0; 8]; 2], "{arguments:?}");
+        assert!(!matches!(first.stream.read(&mut [0]), Ok(1..)));
+        page.state(0, |state| {
+            state["watched"]["shut"] == true && state["link"]["error"]["code"] == "disconnected"
+        });
+
+        // A program that tries it again and again, as after a lost connection.
+        for _ in 0..3 {
+            let refused = TcpStream::connect(("127.0.0.1", watch.port));
+            assert!(!refused.is_ok_and(|mut program| matches!(program.read(&mut [0]), Ok(1..))));
+        }
+        page.done(json!({"do": "admit"}));
+        let mut admitted = program(&watch);
+        admitted.exchange(M1);
+        assert_eq!(last(&duties)[0], M1);
+    }
+}
+
 /// A controller that does as its script says.
 pub(super) struct Controller {
     pub(super) listener: TcpListener,

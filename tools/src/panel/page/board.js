@@ -1,5 +1,6 @@
 // One controller as it lies on the table: inputs left, outputs right, and its housing with the display between them.
 
+import { Commands } from "./commands.js";
 import { Counters } from "./counters.js";
 import { h, setAttribute, setDisabled, setText } from "./dom.js";
 import { Inputs } from "./inputs.js";
@@ -9,12 +10,13 @@ import { milliseconds, t } from "./words.js";
 export class Board {
   /** `area` is 0 for the master, else the number of the extension. */
   constructor(host, area, send) {
-    const commands = (command) => send({ ...command, host: host.id, area });
+    // Where another program drives there is nothing to click.
+    const commands = host.driven ? (command) => send({ ...command, host: host.id, area }) : null;
     this.host = host;
     this.area = area;
     this.inputs = new Inputs(host.histories[area], commands);
     this.counters = new Counters(commands);
-    this.outputs = new Outputs(`${host.address} ${area}`, commands);
+    this.outputs = commands ? new Outputs(`${host.address} ${area}`, commands) : new Commands();
     this.title = h("strong", {});
     this.line = h("span", {});
     this.cycle = h("b", {});
@@ -22,14 +24,14 @@ export class Board {
     this.display = h("div", { class: "display" }, this.title, this.line, h("span", { class: "pace" }, this.cycle, h("small", {}, " ms")), this.phase);
     const housing = h("div", { class: "housing" },
       h("div", { class: "badge" }, h("i", { "aria-hidden": "true" }), area ? t("extension") : "ROBOTICS TXT"), this.display, this.counters.element);
-    this.element = h("fieldset", { class: "board", "aria-label": area ? `${t("extension")} ${area}` : host.address },
+    this.element = h("fieldset", { class: "board", "data-shown": !commands, "aria-label": area ? `${t("extension")} ${area}` : host.address },
       this.inputs.element, housing, this.outputs.element);
   }
 
   update(state, may) {
     const area = state.areas[this.area];
     if (!area) return;
-    setDisabled(this.element, !may || !area.alive);
+    if (this.host.driven) setDisabled(this.element, !may || !area.alive);
     setAttribute(this.element, "data-absent", !area.alive);
     setText(this.title, this.area ? area.name : this.host.title);
     setText(this.line, this.area ? this.host.title : [state.link.firmware, this.host.simulated ? t("simulated") : ""].filter(Boolean).join(" · "));

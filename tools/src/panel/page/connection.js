@@ -2,8 +2,9 @@
 
 const ALIVE_MS = 250;
 const RETRY_MS = 700;
-// States come 20 times a second. A program that sends none for this long hangs, whatever its socket says.
-const SILENT_MS = 2500;
+// States come 20 times a second. A program that sends nothing for so many signs of life, 1.5 s, hangs or can't be
+// reached, whatever its socket says. They are counted, not timed: a page that stood still itself has missed nothing.
+const SILENT = 6;
 // A slow network needs some time for a connection.
 const CONNECT_MS = 10000;
 
@@ -17,7 +18,9 @@ export class Connection {
     this.socket = null;
     this.sequence = 0;
     this.waiting = new Map();
-    this.heard = 0;
+    // How many signs of life were sent since the program has said something.
+    this.silent = 0;
+    this.begun = 0;
     setInterval(() => this.tick(), ALIVE_MS);
     // The motors stop at once instead of after a second.
     addEventListener("pagehide", () => this.post({ do: "release" }));
@@ -27,24 +30,27 @@ export class Connection {
     const address = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws?token=${encodeURIComponent(token)}`;
     const socket = new WebSocket(address);
     this.socket = socket;
-    this.heard = performance.now();
+    this.silent = 0;
+    this.begun = performance.now();
     // For stop.js.
     window.panelSocket = socket;
-    socket.addEventListener("open", () => {
-      this.heard = performance.now();
-    });
     socket.addEventListener("message", (event) => {
-      this.heard = performance.now();
+      if (this.socket !== socket) return;
+      this.silent = 0;
       this.take(JSON.parse(event.data));
     });
-    socket.addEventListener("close", () => {
-      if (this.socket !== socket) return;
-      this.socket = null;
-      for (const { reject } of this.waiting.values()) reject(null);
-      this.waiting.clear();
-      this.on.lost();
-      setTimeout(() => this.open(), RETRY_MS);
-    });
+    socket.addEventListener("close", () => this.lose(socket));
+  }
+
+  /** This connection counts no more. The browser's `close` may come a minute later. */
+  lose(socket) {
+    if (this.socket !== socket) return;
+    this.socket = null;
+    socket.close();
+    for (const { reject } of this.waiting.values()) reject(null);
+    this.waiting.clear();
+    this.on.lost();
+    setTimeout(() => this.open(), RETRY_MS);
   }
 
   take(message) {
@@ -61,9 +67,12 @@ export class Connection {
   }
 
   tick() {
-    if (!this.socket) return;
-    const limit = this.post({ do: "alive" }) ? SILENT_MS : CONNECT_MS;
-    if (performance.now() - this.heard > limit) this.socket.close();
+    const { socket } = this;
+    if (!socket) return;
+    const isOpen = this.post({ do: "alive" });
+    if (isOpen) this.silent += 1;
+    const isOver = isOpen ? this.silent > SILENT : performance.now() - this.begun > CONNECT_MS;
+    if (isOver) this.lose(socket);
   }
 
   post(message) {

@@ -4,21 +4,23 @@ import { button, h, select, setAttribute, setText, setValue } from "./dom.js";
 import { number, t } from "./words.js";
 
 class Counter {
+  /** Without `send` there is nothing to click. */
   constructor(index, send) {
     const name = `C${index + 1}`;
     this.value = h("output", { class: "count", "aria-label": name });
-    this.mode = select(t("modeOf", { name }), ["normal", "inverted"].map((mode) => [mode, t(mode)]),
+    this.mode = send && select(t("modeOf", { name }), ["normal", "inverted"].map((mode) => [mode, t(mode)]),
       (mode) => send({ do: "counter_mode", counter: index, mode }));
-    this.reset = button(t("resetShort"), () => send({ do: "reset_counter", counter: index }),
+    this.reset = send && button(t("resetShort"), () => send({ do: "reset_counter", counter: index }),
       { "aria-label": t("reset", { name }), class: "small" });
     this.element = h("li", { class: "counter" },
-      h("span", { class: "name" }, h("i", { class: "socket", "aria-hidden": "true" }), name), this.reset, this.value, this.mode);
+      h("span", { class: "name" }, h("i", { class: "socket", "aria-hidden": "true" }), name), [this.reset, this.value, this.mode]);
   }
 
   update({ mode, value, level, resetting }, alive) {
     setText(this.value, alive ? number(value) : "–");
-    setValue(this.mode, mode);
     setAttribute(this.element, "data-on", alive && Boolean(level));
+    if (!this.reset) return;
+    setValue(this.mode, mode);
     setAttribute(this.reset, "data-busy", resetting);
   }
 }

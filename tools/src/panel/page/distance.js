@@ -1,7 +1,8 @@
 // Distance and synchronised commands of one motor, with their progress.
 
-import { button, h, hold, select, setAttribute, setStyle, setText } from "./dom.js";
-import { number, t } from "./words.js";
+import { button, h, hold, select } from "./dom.js";
+import { Progress } from "./progress.js";
+import { t } from "./words.js";
 
 const PULSES_MAX = 65535;
 
@@ -22,20 +23,11 @@ export class Distance {
       const [partner, way] = this.with.value.split("/");
       send({ do: "distance", motor: index, duty: duty(), pulses: Number(this.pulses.value), with: partner ? Number(partner) : null, opposite: way === "against" });
     }, { class: "small", "aria-label": t("goOf", { name }) });
-    this.bar = h("i", {});
-    this.text = h("span", {});
-    this.progress = h("div", { class: "progress", role: "progressbar", "aria-label": t("progressOf", { name }), "aria-valuemin": 0, hidden: true }, this.bar, this.text);
-    this.element = h("div", { class: "distance" }, this.pulses, h("span", { class: "unit" }, t("pulses")), this.with, this.go, this.progress);
+    this.progress = new Progress(name);
+    this.element = h("div", { class: "distance" }, this.pulses, h("span", { class: "unit" }, t("pulses")), this.with, this.go, this.progress.element);
   }
 
-  update({ distance, done, ready, with: partner }) {
-    setAttribute(this.progress, "hidden", !distance);
-    if (!distance) return;
-    setStyle(this.bar, "transform", `scaleX(${Math.min(1, done / distance)})`);
-    setAttribute(this.progress, "aria-valuemax", distance);
-    setAttribute(this.progress, "aria-valuenow", done);
-    setAttribute(this.progress, "data-ready", ready);
-    const together = partner === null ? "" : ` · ${t("together", { name: `M${partner + 1}` })}`;
-    setText(this.text, `${number(done)} / ${number(distance)}${together}${ready ? " ✓" : ""}`);
+  update(motor) {
+    this.progress.update(motor);
   }
 }

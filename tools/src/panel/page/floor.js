@@ -2,27 +2,58 @@
 // it away.
 
 import { button, card, h, setAttribute, setStyle, setText, svg } from "./dom.js";
-import { t } from "./words.js";
+import { placeName, t } from "./words.js";
 
 const PIECES = ["white", "red", "blue", "container"];
 /** A disc's diameter in mm. */
 const DISC = 27;
 /** So many pixels for each mm of a belt. */
 const SCALE = 2.4;
-/** A name of a place that is nearer to an end of its belt than so many mm does not go beyond it. */
-const NEAR_END = 25;
+/** The size of a place's name in pixels, however small the belt is drawn, and the free space beside it. */
+const NAME = 12;
+const APART = 8;
+const HEIGHT = 40;
 
 /** A belt from above, in mm. */
 class Belt {
   constructor({ motor, length, places }) {
     this.discs = svg("g", {});
-    // Names in two rows, because places may be near each other.
-    const anchor = (mm) => (mm < NEAR_END ? "start" : mm > length - NEAR_END ? "end" : "middle");
-    const marks = places.map(({ name, mm }, index) => svg("g", {}, svg("rect", { class: "mark", x: mm - 1, y: -3, width: 2, height: 46 }),
-      svg("text", { x: mm, y: index % 2 ? 62 : 52, "text-anchor": anchor(mm) }, name)));
-    this.drawing = svg("svg", { class: "belt", viewBox: `-6 -6 ${length + 12} 72`, width: SCALE * (length + 12), role: "img", "aria-label": t("beltOf", { name: motor }) },
-      svg("rect", { class: "bed", x: 0, y: 0, width: length, height: 40, rx: 8 }), marks, this.discs);
+    this.length = length;
+    this.names = places.map(({ name, mm }) => ({ mm, text: svg("text", {}, placeName(name)) }));
+    const marks = places.map(({ mm }) => svg("rect", { class: "mark", x: mm - 1, y: -3, width: 2, height: HEIGHT + 6 }));
+    this.drawing = svg("svg", { class: "belt", viewBox: this.box(0), width: SCALE * (length + 12), role: "img", "aria-label": t("beltOf", { name: motor }) },
+      svg("rect", { class: "bed", x: 0, y: 0, width: length, height: HEIGHT, rx: 8 }), marks, this.names.map(({ text }) => text), this.discs);
     this.element = h("li", {}, h("span", { class: "label" }, motor), this.drawing);
+    this.sized = new ResizeObserver(([entry]) => this.arrange(entry.contentRect.width));
+    this.sized.observe(this.drawing);
+  }
+
+  /** What is drawn, with so many mm below for the names. */
+  box(below) {
+    return `-6 -6 ${this.length + 12} ${HEIGHT + 15 + below}`;
+  }
+
+  /** Writes the names below the belt, in as many rows as they need. */
+  arrange(width) {
+    if (!width) return;
+    const mm = (this.length + 12) / width;
+    const size = NAME * mm;
+    // Where each row is free.
+    const free = [];
+    for (const { mm: place, text } of this.names) {
+      setStyle(text, "font-size", `${size}px`);
+      const wide = text.getComputedTextLength();
+      const x = Math.max(0, Math.min(place - wide / 2, this.length - wide));
+      const row = [...free, -Infinity].findIndex((end) => end <= x);
+      free[row] = x + wide + APART * mm;
+      setAttribute(text, "x", x);
+      setAttribute(text, "y", HEIGHT + 6 + size * (1 + 1.2 * row));
+    }
+    setAttribute(this.drawing, "viewBox", this.box(size * 1.2 * free.length));
+  }
+
+  close() {
+    this.sized.disconnect();
   }
 
   update({ pieces }) {
@@ -37,19 +68,21 @@ class Belt {
 }
 
 class Place {
+  /** Without `click` it only shows. */
   constructor({ name }, click) {
     this.name = name;
     this.disc = h("i", { class: "piece" });
-    this.element = h("li", {}, button("", () => click(this), { class: "place" }));
-    this.element.firstChild.append(this.disc, h("span", {}, name));
+    this.shown = click ? button("", () => click(this), { class: "place" }) : h("span", { class: "place", role: "img" });
+    this.shown.append(this.disc, h("span", {}, placeName(name)));
+    this.element = h("li", {}, this.shown);
   }
 
   update({ piece }) {
     this.piece = piece;
     setAttribute(this.disc, "data-piece", piece);
-    const what = t(piece ? "pieceAt" : "nothingAt", { name: this.name, piece: piece ? t(piece) : "" });
-    setAttribute(this.element.firstChild, "aria-label", what);
-    setAttribute(this.element.firstChild, "title", what);
+    const what = t(piece ? "pieceAt" : "nothingAt", { name: placeName(this.name), piece: piece ? t(piece) : "" });
+    setAttribute(this.shown, "aria-label", what);
+    setAttribute(this.shown, "title", what);
   }
 }
 
@@ -64,14 +97,14 @@ export class Floor {
     });
     const click = ({ name, piece }) => send(piece ? { do: "take_away", host: host.id, place: name } : { do: "put", host: host.id, place: name, piece: this.chosen });
     this.belts = belts.map((belt) => new Belt(belt));
-    this.places = places.map((place) => new Place(place, click));
+    this.places = places.map((place) => new Place(place, host.hands ? click : null));
     this.carried = h("p", { class: "note" });
     this.mishap = h("p", { class: "note", role: "status" });
     this.controls = h("fieldset", { class: "floor" },
-      h("div", { class: "chips", role: "group", "aria-label": t("pieces") }, this.choices),
+      host.hands ? h("div", { class: "chips", role: "group", "aria-label": t("pieces") }, this.choices) : null,
       this.belts.length ? h("ul", { class: "belts" }, this.belts.map((belt) => belt.element)) : null,
       h("ul", { class: "places" }, this.places.map((place) => place.element)), this.carried, this.mishap);
-    this.element = card("world", t("pieces"), h("p", { class: "hint" }, t("floorHint")), this.controls);
+    this.element = card("world", t("pieces"), host.hands ? h("p", { class: "hint" }, t("floorHint")) : null, this.controls);
     this.choose(this.chosen);
   }
 
@@ -86,12 +119,16 @@ export class Floor {
     this.choices.forEach((choice, index) => setAttribute(choice, "aria-pressed", PIECES[index] === piece ? "true" : "false"));
   }
 
+  close() {
+    for (const belt of this.belts) belt.close();
+  }
+
   update(state, may) {
     const { belts, places, carried, fallen, mishap } = state.world.floor;
     this.controls.disabled = !may;
     belts.forEach((belt, index) => this.belts[index].update(belt));
     places.forEach((place, index) => this.places[index].update(place));
-    setText(this.carried, carried.map(({ piece, by }) => t("carriedBy", { piece: t(piece), by })).join(", "));
+    setText(this.carried, carried.map(({ piece, by }) => t("carriedBy", { piece: t(piece), by: placeName(by) })).join(", "));
     setText(this.mishap, mishap ? `${mishap} ${fallen ? t("fallen", { count: fallen }) : ""}` : "");
   }
 }

@@ -39,8 +39,11 @@ export class HostView {
     this.chips = new Map();
     this.problem = h("p", { class: "problem", role: "status", hidden: true });
     const rows = this.boards.map((board) => [board.element, this.worlds.find((world) => world.area === board.area)?.element]);
+    const floors = this.floors.map((floor) => floor.element);
+    // Who only looks sees the machine first.
+    const order = host.driven ? [...rows.flat(), ...floors] : [...this.worlds.map((world) => world.element), ...floors, ...this.boards.map((board) => board.element)];
     this.element = h("div", { class: "host", "data-many": open.length > 1 },
-      areas.length > 1 ? this.chooser(areas, choose) : null, this.problem, rows.flat(), this.floors.map((floor) => floor.element), h("div", { class: "cards" }, columns.map((cards) => h("div", {}, cards.map((one) => one.element)))));
+      areas.length > 1 ? this.chooser(areas, choose) : null, this.problem, order, h("div", { class: "cards" }, columns.map((cards) => h("div", {}, cards.map((one) => one.element)))));
   }
 
   chooser(areas, choose) {
@@ -61,16 +64,19 @@ export class HostView {
   update(drives) {
     const { state } = this.host;
     const { phase, error } = state.link;
+    const isShut = Boolean(state.watched?.shut);
+    const told = error && phase !== "running" ? sentence(error) : "";
     const may = drives && phase === "running";
     // Hands may do in the world what they like while another program drives.
-    const hands = this.host.driven ? may : this.host.hands;
+    const hands = this.host.driven ? may : this.host.hands && phase !== "lost";
     // An old error stays with the connection, below.
-    setAttribute(this.problem, "hidden", !error || phase === "running");
-    setText(this.problem, error ? sentence(error) : "");
+    setAttribute(this.problem, "hidden", !told && !isShut);
+    setText(this.problem, [told, isShut ? t("shut") : ""].filter(Boolean).join(" "));
     this.states += 1;
     // What can be clicked is right at once: it may come into sight at any moment.
-    const changed = may !== this.may;
+    const changed = may !== this.may || hands !== this.hands;
     this.may = may;
+    this.hands = hands;
     this.parts.forEach((part, index) => {
       const seldom = !changed && part.element.isSeen === false && (this.states + index) % SELDOM;
       if (!seldom) part.update(state, part instanceof World || part instanceof Floor ? hands : may);

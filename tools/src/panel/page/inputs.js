@@ -8,13 +8,11 @@ import { INPUT_MODES, number, t } from "./words.js";
 const LEAST = { voltage: 500, resistance: 250, resistance15k: 750, ultrasonic: 10 };
 
 class Input {
+  /** Without `send` the mode is text. */
   constructor(index, history, send) {
     const name = `I${index + 1}`;
     this.history = history;
-    this.mode = select(t("modeOf", { name }), INPUT_MODES.map((mode) => [mode, t(mode)]), (value) => {
-      const [mode, digital] = value.split("/");
-      send({ do: "uni", input: index, mode, digital: digital === "1" });
-    });
+    this.mode = send ? this.choice(name, index, send) : h("span", { class: "mode" });
     this.trace = new Trace(t("lineOf", { name }));
     this.value = h("b", {});
     this.unit = h("small", {});
@@ -23,8 +21,17 @@ class Input {
       h("output", { class: "value", "aria-label": name }, this.value, this.unit), h("i", { class: "wire", "aria-hidden": "true" }));
   }
 
+  choice(name, index, send) {
+    return select(t("modeOf", { name }), INPUT_MODES.map((mode) => [mode, t(mode)]), (value) => {
+      const [mode, digital] = value.split("/");
+      send({ do: "uni", input: index, mode, digital: digital === "1" });
+    });
+  }
+
   update({ mode, digital, value, unit, overrun }, alive) {
-    setValue(this.mode, `${mode}/${digital ? 1 : 0}`);
+    const chosen = `${mode}/${digital ? 1 : 0}`;
+    if (this.mode.matches("select")) setValue(this.mode, chosen);
+    else setText(this.mode, alive && mode ? t(chosen) : "");
     setText(this.value, !alive ? "–" : overrun ? t("overrun") : number(value));
     setText(this.unit, !alive || digital || overrun ? "" : unit);
     setAttribute(this.element, "data-on", alive && digital && value !== 0);

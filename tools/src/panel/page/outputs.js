@@ -101,7 +101,7 @@ class OutputControl {
       this.level.hold();
       output(this.on ? this.level.set : 0);
     }, { class: "toggle", "aria-label": t("switchOf", { name }) });
-    this.element = h("div", { class: "output-control" }, h("span", { class: "name" }, name), this.switch, this.level.element);
+    this.element = h("div", { class: "output-control", "data-on": false }, h("span", { class: "name" }, name), this.switch, this.level.element);
   }
 
   update(duty) {
@@ -111,6 +111,7 @@ class OutputControl {
     }
     setText(this.switch, duty > 0 ? "●" : "○");
     setAttribute(this.switch, "aria-pressed", duty > 0 ? "true" : "false");
+    setAttribute(this.element, "data-on", duty > 0);
   }
 }
 

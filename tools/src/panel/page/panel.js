@@ -3,6 +3,7 @@
 import { whenUnknown } from "./admission.js";
 import { Connection, token } from "./connection.js";
 import { button, h, setAttribute, setText } from "./dom.js";
+import { Gate } from "./gate.js";
 import { HostView } from "./host.js";
 import { Overview } from "./overview.js";
 import { hosts, pushState, setHosts } from "./state.js";
@@ -33,20 +34,29 @@ const connection = new Connection({
     const drives = message.hosts.some((host) => host.driven);
     setAttribute($("stop"), "hidden", !drives);
     control.hello(drives);
+    gate.hello(message.hosts);
     rebuild();
   },
   state(message) {
     pushState(message);
     control.state(message);
+    gate.update(message);
     schedule();
   },
   lost() {
     control.lost();
-    // Nothing moves that nobody sees.
+    gate.lost();
+    for (const host of hosts.values()) host.lose();
+    // What was seen last stays, in grey. Nothing of it can be used, and nothing moves that nobody sees.
+    drove = false;
+    view?.update(false);
+    tabs.update(shown.host);
     view?.close();
     view = null;
-    setText($("role"), "");
     setLost(true);
+    setText($("role"), t("lost"));
+    setAttribute($("role"), "data-drives", false);
+    setTitle();
     whenUnknown(() => setText($("lost-text"), t("unknownText")));
   },
   failed: toast,
@@ -58,6 +68,7 @@ const control = new ControlLock(connection, {
 });
 const tabs = new Tabs($("tabs"), choose);
 const take = button("", () => control.take(), { id: "take", class: "primary" });
+const gate = new Gate($("disconnect"), $("ask"), (command) => connection.send(command));
 const commands = { send: (command) => connection.send(command), ask: (command) => connection.ask(command) };
 
 function schedule() {
@@ -81,6 +92,8 @@ function rebuild() {
   setText($("stop-hint"), t("space"));
   setText($("lost-title"), t("lostTitle"));
   setText($("lost-text"), t("lostText"));
+  setText($("kind"), t(`kind-${kind()}`));
+  gate.make();
   tabs.make();
   const waits = token ? t(hosts.size ? "waiting" : "waitingForProgram") : t("noToken");
   $("main").replaceChildren(h("p", { class: "waiting" }, waits));
@@ -95,6 +108,19 @@ function choose(id) {
 function chooseArea(area) {
   shown.areas.set(shown.host, area);
   rebuild();
+}
+
+/** What the page is for. */
+function kind() {
+  const all = [...hosts.values()];
+  return !all.length || all.some((host) => host.driven) ? "panel" : all.some((host) => host.watched) ? "watch" : "shown";
+}
+
+/** What is shown comes first: tabs of browsers are short. */
+function setTitle() {
+  const what = isLost ? t("lost") : shown.host === "all" ? t("overview") : hosts.get(shown.host)?.title;
+  const title = [what, `txt ${t(`kind-${kind()}`)}`].filter(Boolean).join(" – ");
+  if (document.title !== title) document.title = title;
 }
 
 /** The view that fits to what is chosen and to what is there. */
@@ -117,6 +143,7 @@ function show() {
   showControls();
   tabs.update(shown.host);
   showRole();
+  setTitle();
 }
 
 /** The view, whose controls are disabled while this page does not drive. */

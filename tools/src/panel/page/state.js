@@ -13,7 +13,7 @@ function smoothed(before, { phase, cycle_ms: now }) {
 }
 
 class Host {
-  constructor({ id, address, simulated, driven, hands }) {
+  constructor({ id, address, simulated, driven, hands, watched }) {
     this.id = id;
     this.address = address;
     this.simulated = simulated;
@@ -21,6 +21,8 @@ class Host {
     this.driven = driven;
     // Whether this page may press buttons of a simulated machine.
     this.hands = hands;
+    // Whether another program drives it through this one, which can end that.
+    this.watched = watched;
     this.state = null;
     this.lastError = null;
     this.cycle = null;
@@ -42,6 +44,12 @@ class Host {
     this.cycle = smoothed(this.cycle, state.link);
     this.lastError = state.link.error ?? this.lastError;
     this.state = state;
+  }
+
+  /** Nothing is known of it any more. Its last values stay to be read. */
+  lose() {
+    this.cycle = null;
+    if (this.state) this.state = { ...this.state, link: { ...this.state.link, phase: "lost" } };
   }
 
   /** The host's name for people. */

@@ -51,16 +51,22 @@
     show("sent");
   }
 
+  // The page hides the button where another program drives, which this one can't stop: there the bar is a usual key.
+  function isBar(event) {
+    const button = document.getElementById("stop");
+    return (event.code === "Space" || event.key === " ") && !(button && button.hidden);
+  }
+
   // In the capture phase, so that it comes before every other listener.
   window.addEventListener("keydown", function (event) {
-    if (event.code !== "Space" && event.key !== " ") return;
+    if (!isBar(event)) return;
     event.preventDefault();
     event.stopImmediatePropagation();
     if (!event.repeat) stop();
   }, true);
   // A focused button would be clicked when the bar is let go.
   window.addEventListener("keyup", function (event) {
-    if (event.code !== "Space" && event.key !== " ") return;
+    if (!isBar(event)) return;
     event.preventDefault();
     event.stopImmediatePropagation();
   }, true);

@@ -3,7 +3,6 @@
 import { hosts } from "./state.js";
 
 const ENGLISH = {
-  title: "txt panel",
   stopHint: "Stop all motors and lamps (space bar)",
   space: "space",
   language: "Deutsch", languageLabel: "Deutsch: Seite auf Deutsch zeigen",
@@ -14,10 +13,15 @@ const ENGLISH = {
   "freed-hang": "The program hung for a moment, so the motors were stopped.",
   "freed-stop": "Somebody else has stopped the motors.",
   takeOver: "Take over", drive: "Drive",
+  "kind-panel": "panel", "kind-watch": "watch", "kind-shown": "simulation",
+  disconnect: "Disconnect the program", admit: "Let programs in", cancel: "Cancel",
+  disconnectTitle: "Disconnect the program?",
+  disconnectText: "Its connections end, and all motors and lamps go off. Programs stay out until you let them in again.",
+  shut: "The program was disconnected here. Until you let programs in, each that comes is refused.",
   lostTitle: "No connection to the program",
   lostText: "It has ended or does not answer. Its end switches all motors off; if it was killed, they may go on. This page keeps trying. If you start it again, open the address that it prints.",
   dismiss: "Close message",
-  connecting: "Connecting", idle: "No program is connected", running: "Connected", gap: "Reconnecting", ended: "Ended", unclear: "Not understood",
+  connecting: "Connecting", idle: "No program is connected", running: "Connected", gap: "Reconnecting", lost: "No connection", ended: "Ended", unclear: "Not understood",
   simulated: "simulated", waiting: "Waiting for the first values …", waitingForProgram: "Waiting for the program …",
   noToken: "This address has no token. Open the address that the program prints.",
 
@@ -31,6 +35,7 @@ const ENGLISH = {
   left: "{name} backwards", right: "{name} forward", stopOf: "Stop {name}", speedOf: "Speed of {name}", dutyOf: "Value of {name}",
   distance: "Distance", pulses: "pulses", pulsesOf: "Pulses for {name}", alone: "alone", withOf: "Motor that runs together with {name}",
   go: "Go", goOf: "Go this distance with {name}", progressOf: "Distance of {name}", together: "with {name}", against: "against {name}", pulsesHint: "Two motors together: 0 means no end",
+  stands: "stands", forward: "forward {duty}", backwards: "backwards {duty}",
   switchOf: "Switch {name}", absent: "{name} is not connected",
 
   world: "The machine", worldHint: "Hold a button with the mouse, or with the keys 1 to 8.",
@@ -58,7 +63,6 @@ const ENGLISH = {
 };
 
 const GERMAN = {
-  title: "txt panel",
   stopHint: "Alle Motoren und Lampen aus (Leertaste)",
   space: "Leertaste",
   language: "English", languageLabel: "English: show the page in English",
@@ -69,10 +73,15 @@ const GERMAN = {
   "freed-hang": "Das Programm hing einen Moment lang, deshalb sind die Motoren aus.",
   "freed-stop": "Jemand anders hat die Motoren angehalten.",
   takeOver: "Übernehmen", drive: "Steuern",
+  "kind-panel": "panel", "kind-watch": "watch", "kind-shown": "Simulation",
+  disconnect: "Programm trennen", admit: "Programme einlassen", cancel: "Abbrechen",
+  disconnectTitle: "Das Programm trennen?",
+  disconnectText: "Seine Verbindungen enden, und alle Motoren und Lampen gehen aus. Programme bleiben draußen, bis du sie wieder einlässt.",
+  shut: "Das Programm wurde hier getrennt. Bis du Programme einlässt, wird jedes abgewiesen, das kommt.",
   lostTitle: "Keine Verbindung zum Programm",
   lostText: "Es wurde beendet oder antwortet nicht. Sein Ende schaltet alle Motoren aus; wurde es gewaltsam beendet, können sie weiterlaufen. Diese Seite versucht es weiter. Wenn du es neu startest, öffne die Adresse, die es ausgibt.",
   dismiss: "Meldung schließen",
-  connecting: "Verbindet", idle: "Kein Programm ist verbunden", running: "Verbunden", gap: "Verbindet neu", ended: "Beendet", unclear: "Nicht verstanden",
+  connecting: "Verbindet", idle: "Kein Programm ist verbunden", running: "Verbunden", gap: "Verbindet neu", lost: "Keine Verbindung", ended: "Beendet", unclear: "Nicht verstanden",
   simulated: "simuliert", waiting: "Wartet auf die ersten Werte …", waitingForProgram: "Wartet auf das Programm …",
   noToken: "In dieser Adresse fehlt das Token. Öffne die Adresse, die das Programm ausgibt.",
 
@@ -86,6 +95,7 @@ const GERMAN = {
   left: "{name} rückwärts", right: "{name} vorwärts", stopOf: "{name} anhalten", speedOf: "Geschwindigkeit von {name}", dutyOf: "Wert von {name}",
   distance: "Strecke", pulses: "Impulse", pulsesOf: "Impulse für {name}", alone: "allein", withOf: "Motor, der mit {name} zusammen läuft",
   go: "Los", goOf: "Los: Strecke von {name}", progressOf: "Strecke von {name}", together: "mit {name}", against: "gegen {name}", pulsesHint: "Zwei Motoren zusammen: 0 ist ohne Ende",
+  stands: "steht", forward: "vorwärts {duty}", backwards: "rückwärts {duty}",
   switchOf: "{name} schalten", absent: "{name} ist nicht angeschlossen",
 
   world: "Die Maschine", worldHint: "Taster mit der Maus halten, oder mit den Tasten 1 bis 8.",
@@ -125,6 +135,15 @@ const SOUNDS = {
     "Propellerflugzeug", "Achterbahn", "Schiffshupe", "Traktor", "Lastwagen", "Augenzwinkern", "Fahrgeräusch", "Kopf heben", "Kopf neigen"],
 };
 
+/** Places of the worlds that the program brings. */
+const GERMAN_PLACES = {
+  before_ejectors: "vor den Auswerfern", belt: "Band", belt_end: "Bandende", belt_inside: "Band innen", belt_outside: "Band außen",
+  blue_ejector: "Auswerfer blau", blue_storage: "Lager blau", cantilever: "Ausleger", colour_sensor: "Farbsensor", delivery: "Anlieferung",
+  entry: "Eingang", exit: "Ausgang", gripper: "Greifer", oven: "Ofen", pickup: "Abholung", red_ejector: "Auswerfer rot", red_storage: "Lager rot",
+  rejected: "Ausschuss", saw: "Säge", seat: "Sitz", storage: "Lager", table: "Drehtisch", table_at_belt: "Drehtisch am Band",
+  vacuum_gripper: "Sauggreifer", white_ejector: "Auswerfer weiß", white_storage: "Lager weiß",
+};
+
 /** German sentences for errors, by their code. English ones come from the program. */
 const GERMAN_ERRORS = {
   bad_address: "Das ist keine Adresse",
@@ -141,6 +160,7 @@ const GERMAN_ERRORS = {
   connection_refused: "Dort ist kein Controller bereit; ist ein anderes Programm mit ihm verbunden?",
   firmware_too_old: "Die Firmware des Controllers ist zu alt",
   forgotten: "Mehr als 64 Befehle hatten gleichzeitig keine Antwort; ein Teil davon wird hier nicht gezeigt",
+  disconnected: "Das Programm wurde von der Seite getrennt, und alle Ausgänge wurden ausgeschaltet",
   halted: "Der Controller hat keine Abmeldung des Programms bestätigt; alle Ausgänge wurden danach ausgeschaltet",
   halt_failed: "Der Controller hat keine Abmeldung des Programms bestätigt und war danach nicht zu erreichen; Motoren laufen vielleicht weiter",
   host_not_found: "Diesen Namen gibt es im Netz nicht",
@@ -195,6 +215,12 @@ export function setLanguage(next) {
 export function t(key, values = {}) {
   const text = (language === "de" ? GERMAN : ENGLISH)[key] ?? key;
   return text.replace(/\{(\w+)\}/g, (_, name) => values[name] ?? "");
+}
+
+/** The name of a place, for people. */
+export function placeName(name) {
+  const german = language === "de" ? GERMAN_PLACES[name] : undefined;
+  return german ?? name.replaceAll("_", " ");
 }
 
 export function sounds() {

@@ -151,22 +151,22 @@ export class World {
     this.area = area;
     const commands = (command) => send({ ...command, host: host.id, area });
     const board = state.world.boards[area];
-    // What slides move and places see is not for hands.
-    const hands = board.inputs.filter((sensor) => sensor.moved_by === null && sensor.place === null);
+    // What slides move and places see is not for hands, and some pages have none.
+    const hands = board.inputs.filter((sensor) => host.hands && sensor.moved_by === null && sensor.place === null);
     const ends = (motor) => board.inputs.filter((sensor) => sensor.moved_by === motor && sensor.kind === "switch").map((sensor) => sensor.input);
     this.sensors = hands.map((sensor) => sensorView(sensor, commands));
     this.inputs = hands.map((sensor) => sensor.input);
     this.motors = board.motors.map((motor) => new MotorView(motor, ends(motor.motor)));
     this.lamps = board.lamps.map((lamp) => new LampView(lamp));
-    this.remotes = area ? [] : state.world.remotes.map((remote, index) => new RemoteView(index, remote, commands));
+    this.remotes = area || !host.hands ? [] : state.world.remotes.map((remote, index) => new RemoteView(index, remote, commands));
     this.controls = h("fieldset", { class: "scene" },
       list("hands", this.sensors),
       h("div", { class: "moves" }, list("motors", this.motors), list("lamps", this.lamps)),
       list("held", this.remotes));
     const name = state.areas[area].name;
-    this.plug = area ? button("", () => commands({ do: "plug", alive: !this.alive }), { class: "small", title: t("plug", { name }) }) : null;
+    this.plug = area && host.hands ? button("", () => commands({ do: "plug", alive: !this.alive }), { class: "small", title: t("plug", { name }) }) : null;
     this.title = area ? `${t("world")} · ${name}` : t("world");
-    this.element = card("world", this.title, this.plug ?? h("p", { class: "hint" }, t("worldHint")), this.controls);
+    this.element = card("world", this.title, this.plug ?? (this.sensors.some((sensor) => sensor instanceof Push) ? h("p", { class: "hint" }, t("worldHint")) : null), this.controls);
   }
 
   /** The world changes its parts only when another one is loaded. */

@@ -1,0 +1,41 @@
+//! A program that hangs, or that can't be reached any more.
+
+use anyhow::{ensure, Result};
+use serde_json::json;
+
+use super::driver::browse;
+use super::page::{Page, Panel};
+use super::txt::{simulated_txt, FORWARD};
+
+/// The browser itself notices that only after a minute.
+#[cfg_attr(not(unix), ignore = "only Unix can pause another program")]
+#[test]
+fn a_program_that_hangs_is_shown_as_lost_and_its_values_as_old() -> Result<()> {
+    browse(|client| async move {
+        let txt = simulated_txt()?;
+        let panel = Panel::start(&[&txt.address().to_string()])?;
+        let page = Page::open(&client, &panel).await?;
+        page.wait_for_text("#role", "You drive").await?;
+        page.wait_for(&format!("{FORWARD}:enabled")).await?;
+        // Whatever the browser says later is too late.
+        let deaf = "window.panelSocket.addEventListener('close', (event) => event.stopImmediatePropagation(), true);
+            window.closes = 0;
+            window.panelSocket.addEventListener('close', () => { window.closes += 1; })";
+        page.run(deaf, json!(null)).await?;
+
+        panel.signal("STOP");
+        page.wait_for("#lost:not([hidden])").await?;
+        page.wait_for_text("#role", "No connection").await?;
+        page.wait_for_text(".phase", "No connection").await?;
+        page.wait_for(&format!("#main[inert] {FORWARD}:disabled")).await?;
+        let grey = "return getComputedStyle(document.querySelector('#main')).filter";
+        let grey = page.run(grey, json!(null)).await?;
+        ensure!(grey == json!("grayscale(1)"), "the values look new: {grey}");
+        let title = page.run("return document.title", json!(null)).await?;
+        ensure!(title.to_string().contains("No connection"), "the title is {title}");
+
+        panel.signal("CONT");
+        page.wait_for_text("#role", "You drive").await?;
+        page.wait_for(&format!("#main:not([inert]) {FORWARD}:enabled")).await
+    })
+}
