@@ -141,11 +141,6 @@ impl I2cBus {
         is_expected
     }
 
-    fn client_left(&mut self) {
-        self.connected = false;
-        self.session.end();
-    }
-
     /// The answer of a device; `None` when the device is missing, or has nothing to do.
     fn transfer(&mut self, address: u8, write: &[u8], read: u16) -> Option<Vec<u8>> {
         if write.is_empty() && read == 0 {

@@ -91,10 +91,11 @@ impl I2cServer {
                 Ok(mut link) => (self.serve(&mut link), Some(link)),
                 Err(error) => (error.into(), None),
             };
-            // The client sees its end last: it may begin the next session at once, and connect to that one's server.
+            // Before the client sees its end: it may begin the next session at once, and connect to that one's server.
             self.refuse();
-            self.port.shared().with_machine(|machine| machine.i2c().client_left());
+            self.port.shared().with_machine(|machine| machine.i2c().session.end());
             drop(link);
+            self.port.shared().with_machine(|machine| machine.i2c().connected = false);
             end.log("the I2C client");
         }
     }
