@@ -262,7 +262,7 @@ fn a_lost_connection_is_lost_again_in_the_same_place() {
     let recorded = record(&path, Some(fault), 1);
     assert_eq!(recorded[0][0].1, "lost by a wrong checksum: true");
     let info = said(&run(&["info", &path]));
-    assert!(info.contains("1, with 1 gaps"), "{info}");
+    assert!(info.contains("1, with 1 gap\n"), "{info}");
 
     let replay = Replay::start(&path, &["--once"]);
     assert_eq!(program(&handler(replay.port), DUTY_MAX), recorded[0]);

@@ -40,11 +40,11 @@ With --bind 0.0.0.0 the pupils' computers reach it, and whoever reaches it can d
 simulated controllers. Ctrl-C ends it.
 
 Examples:
-  txt classroom 12 --bind 0.0.0.0                for the computers of twelve pupils
-  txt classroom 12 --class 7b.toml               the same links each time, later without the 12
-  txt classroom --class 7b.toml --sheet 7b.html  a sheet to print, with names and QR codes
-  txt classroom 12 --world lesson1               lessons, with task and check on each page
-  txt classroom 2 --world slide                  to try it out on this computer";
+  txt classroom 12 --bind 0.0.0.0                     for the computers of twelve pupils
+  txt classroom 12 --class 7b.toml                    the same links each time, later without the 12
+  txt classroom 12 --class 7b.toml --sheet 7b.html    a sheet to print, with names and QR codes
+  txt classroom 12 --world lesson1                    lessons, with task and check on each page
+  txt classroom 2 --world slide                       to try it out on this computer";
 
 /// Simulate a controller with a world for each pupil
 #[derive(clap::Args)]
