@@ -2,13 +2,16 @@
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
+use std::sync::Arc;
+use std::thread;
 use std::time::Duration;
 
+use ft_transfer_area::wire::{CommandId, ResponseId};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::endings::assert_drops;
 use crate::unpaced;
-use crate::wire_client::LIMIT;
+use crate::wire_client::{Client, LIMIT};
 
 /// The firmware's response to a request that has failed.
 const FAILED: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 0, 0, 0, 0, 0, 0, 0, 0];
@@ -48,6 +51,32 @@ fn assert_closed(stream: &mut TcpStream) {
     match stream.read(&mut [0]) {
         Ok(count) => assert_eq!(count, 0),
         Err(error) => assert_eq!(error.kind(), ErrorKind::ConnectionReset),
+    }
+}
+
+/// Also when its threads are late because the computer is busy.
+#[test]
+fn each_session_has_its_i2c_server_at_once_and_no_client_ends_that_of_the_next_one() {
+    const BUSY: usize = 8;
+    let txt = unpaced().strict(true).start().unwrap();
+    let mut main = Client::connect(&txt);
+    let busy = Arc::new(());
+    for _ in 0..BUSY {
+        let busy = Arc::downgrade(&busy);
+        thread::spawn(move || while busy.strong_count() > 0 {});
+    }
+    for _ in 0..100 {
+        main.start_online();
+        let mut stream = connect(&txt);
+        stream.write_all(&request(0, &[], 0)).unwrap();
+        let mut answer = [0; 12];
+        stream.read_exact(&mut answer).unwrap();
+        assert_eq!(answer, FAILED);
+        // No more may be written.
+        stream.write_all(&request(0x18, &[0; 1025], 0)).unwrap();
+        assert_closed(&mut stream);
+        main.command(CommandId::StopOnline);
+        ResponseId::StopOnline.check(&main.receive(4)).unwrap();
     }
 }
 
