@@ -4,11 +4,14 @@ use std::io::Read;
 use std::net::TcpStream;
 use std::process::{Command, Output, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::panel::program::Panel;
 use crate::recording::{in_folder, said};
 use crate::running::Running;
+
+/// How long something may take, however busy the computer is.
+const LIMIT: Duration = Duration::from_secs(60);
 
 /// Runs `txt` in a shell that has done this before.
 fn after(set_up: &str, args: &[&str]) -> Output {
@@ -100,8 +103,9 @@ fn a_page_that_can_t_accept_says_so_once() {
     let panel = Panel::by(limited.stderr(said.reopen().unwrap()));
     let connections: Vec<_> =
         (0..60).map(|_| TcpStream::connect(&panel.address).unwrap()).collect();
-    let mut text = String::new();
+    let (mut text, begin) = (String::new(), Instant::now());
     while !text.contains("can't be accepted") {
+        assert!(begin.elapsed() < LIMIT, "it says nothing: {text}");
         thread::sleep(Duration::from_millis(50));
         said.read_to_string(&mut text).unwrap();
     }
