@@ -16,8 +16,9 @@ const DOCUMENT: &str = include_str!("page/index.html");
 const LESSON_DOCUMENT: &str = include_str!("page/lesson.html");
 const LESSON_STYLE: &str = include_str!("page/lesson.css");
 const STYLE: &str = include_str!("page/panel.css");
+const TOKEN: &str = include_str!("page/token.js");
 /// It comes before all others, and works without them.
-const STOP: &str = include_str!("page/stop.js");
+const STOP: &str = concat!(include_str!("page/token.js"), include_str!("page/stop.js"));
 pub(super) const ICON: &str = include_str!("page/icon.svg");
 
 macro_rules! modules {
@@ -26,14 +27,21 @@ macro_rules! modules {
     };
 }
 
-// Each after those that it imports.
-const MODULES: &[(&str, &str)] = modules!(
+/// What both pages use. In each list a module comes after those that it imports.
+const SHARED_MODULES: &[(&str, &str)] = modules!(
     "dom.js",
     "trace.js",
     "state.js",
     "words.js",
-    "remember.js",
     "connection.js",
+    "joystick.js",
+    "machine.js",
+    "floor.js",
+    "world.js",
+    "keys.js",
+);
+const PANEL_MODULES: &[(&str, &str)] = modules!(
+    "remember.js",
     "admission.js",
     "control_lock.js",
     "inputs.js",
@@ -47,24 +55,14 @@ const MODULES: &[(&str, &str)] = modules!(
     "sound.js",
     "camera.js",
     "i2c.js",
-    "joystick.js",
     "remotes.js",
-    "machine.js",
-    "floor.js",
-    "world.js",
     "host.js",
     "overview.js",
     "tabs.js",
     "gate.js",
     "panel.js",
 );
-
-/// What the page of a lesson has after the modules of the panel that it uses.
 const LESSON_MODULES: &[(&str, &str)] = modules!("lesson.js");
-/// It comes before all others.
-const TOKEN_MODULE: &[(&str, &str)] = modules!("token.js");
-/// The first module of the panel that the page of a lesson does not use, nor those after it.
-const AFTER_LESSON: &str = "overview.js";
 
 /// A page, ready to be sent.
 pub(super) struct Page {
@@ -81,7 +79,7 @@ impl Page {
         let style = put(&mut html, "<link rel=\"stylesheet\" href=\"panel.css\">", "style", STYLE)?;
         let stop = put(&mut html, "<script src=\"stop.js\"></script>", "script", STOP)?;
         let link = "<script type=\"module\" src=\"panel.js\"></script>";
-        let panel = put(&mut html, link, "script type=\"module\"", &bundle::bundle(MODULES)?)?;
+        let panel = put(&mut html, link, "script type=\"module\"", &script(PANEL_MODULES)?)?;
         let policy = format!("script-src {stop} {panel}; style-src {style}");
         Self::ready(html, policy)
     }
@@ -92,17 +90,20 @@ impl Page {
         let style = put(&mut html, "<link rel=\"stylesheet\" href=\"panel.css\">", "style", STYLE)?;
         let link = "<link rel=\"stylesheet\" href=\"lesson.css\">";
         let own_style = put(&mut html, link, "style", LESSON_STYLE)?;
-        let used = MODULES.iter().take_while(|(name, _)| *name != AFTER_LESSON);
-        let modules: Vec<_> =
-            TOKEN_MODULE.iter().chain(used).chain(LESSON_MODULES).copied().collect();
         let link = "<script type=\"module\" src=\"lesson.js\"></script>";
-        let script = put(&mut html, link, "script type=\"module\"", &bundle::bundle(&modules)?)?;
+        let text = format!("{TOKEN}{}", script(LESSON_MODULES)?);
+        let script = put(&mut html, link, "script type=\"module\"", &text)?;
         Self::ready(html, format!("script-src {script}; style-src {style} {own_style}"))
     }
 
     fn ready(html: String, policy: String) -> anyhow::Result<Self> {
         Ok(Self { gzip: gzip(html.as_bytes())?.into(), html: html.into(), policy })
     }
+}
+
+/// One script of the modules that both pages use, and these.
+fn script(own: &[(&str, &str)]) -> anyhow::Result<String> {
+    bundle::bundle(&[SHARED_MODULES, own].concat())
 }
 
 /// Puts a file where the document names it. Returns how a Content-Security-Policy allows it.
@@ -147,7 +148,7 @@ mod tests {
 
     #[test]
     fn the_page_has_words_for_each_input_mode_in_both_languages() {
-        let (_, words) = MODULES.iter().find(|(name, _)| *name == "words.js").unwrap();
+        let (_, words) = SHARED_MODULES.iter().find(|(name, _)| *name == "words.js").unwrap();
         for mode in InputMode::ALL {
             for digital in [0, 1] {
                 let key = format!("\"{}/{digital}\": ", mode.name());

@@ -4,10 +4,11 @@ use std::sync::atomic::Ordering;
 use std::sync::Arc;
 
 use axum::extract::ws::WebSocketUpgrade;
-use axum::extract::{Path, Query, Request, State};
+use axum::extract::{FromRequestParts, Path, Query, Request, State};
 use axum::http::header::{
     HeaderValue, ACCEPT_ENCODING, CONTENT_ENCODING, CONTENT_SECURITY_POLICY, CONTENT_TYPE, VARY,
 };
+use axum::http::request::Parts;
 use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
@@ -86,14 +87,35 @@ impl Server {
         Err(refusal)
     }
 
-    /// The lesson that a request is for.
-    fn course(&self, headers: &HeaderMap, asked: &Asked) -> Result<&dyn Course, Refusal> {
-        self.panel(headers, asked)?.course.as_deref().ok_or(NO_FILE)
-    }
-
     /// The address that the browser used, if it is one of this server.
     fn host(&self, headers: &HeaderMap) -> Option<String> {
         self.panels.iter().find_map(|panel| panel.access.host(headers)).map(str::to_owned)
+    }
+}
+
+/// The panel that a request is for, whose token it has.
+struct Admitted(Arc<Panel>);
+
+impl FromRequestParts<Server> for Admitted {
+    type Rejection = Response;
+
+    async fn from_request_parts(parts: &mut Parts, server: &Server) -> Result<Self, Response> {
+        let Query(asked) =
+            Query::from_request_parts(parts, server).await.map_err(IntoResponse::into_response)?;
+        let panel = server.panel(&parts.headers, &asked).map_err(IntoResponse::into_response)?;
+        Ok(Self(Arc::clone(panel)))
+    }
+}
+
+/// The lesson of that panel.
+struct InLesson(Arc<dyn Course>);
+
+impl FromRequestParts<Server> for InLesson {
+    type Rejection = Response;
+
+    async fn from_request_parts(parts: &mut Parts, server: &Server) -> Result<Self, Response> {
+        let Admitted(panel) = Admitted::from_request_parts(parts, server).await?;
+        panel.course.clone().map(Self).ok_or_else(|| NO_FILE.into_response())
     }
 }
 
@@ -131,45 +153,27 @@ async fn lesson(State(Server { lesson, .. }): State<Server>, headers: HeaderMap)
 }
 
 /// Whether the token of a page is one of this program: a browser does not tell a page why its connection was refused.
-async fn known(
-    State(server): State<Server>,
-    headers: HeaderMap,
-    Query(asked): Query<Asked>,
-) -> Result<StatusCode, Refusal> {
-    server.panel(&headers, &asked).map(|_| StatusCode::NO_CONTENT)
+async fn known(_: Admitted) -> StatusCode {
+    StatusCode::NO_CONTENT
 }
 
-async fn lesson_state(
-    State(server): State<Server>,
-    headers: HeaderMap,
-    Query(asked): Query<Asked>,
-) -> Result<Json<Value>, Refusal> {
-    Ok(Json(server.course(&headers, &asked)?.state()))
+async fn lesson_state(InLesson(course): InLesson) -> Json<Value> {
+    Json(course.state())
 }
 
-async fn lesson_check(
-    State(server): State<Server>,
-    headers: HeaderMap,
-    Query(asked): Query<Asked>,
-) -> Result<StatusCode, Refusal> {
-    done(server.course(&headers, &asked)?.check(true))
+async fn lesson_check(InLesson(course): InLesson) -> Result<StatusCode, Refusal> {
+    done(course.check(true))
 }
 
-async fn lesson_end(
-    State(server): State<Server>,
-    headers: HeaderMap,
-    Query(asked): Query<Asked>,
-) -> Result<StatusCode, Refusal> {
-    done(server.course(&headers, &asked)?.check(false))
+async fn lesson_end(InLesson(course): InLesson) -> Result<StatusCode, Refusal> {
+    done(course.check(false))
 }
 
 async fn lesson_go(
-    State(server): State<Server>,
-    headers: HeaderMap,
-    Query(asked): Query<Asked>,
     Path(number): Path<u8>,
+    InLesson(course): InLesson,
 ) -> Result<StatusCode, Refusal> {
-    done(server.course(&headers, &asked)?.go_to(number))
+    done(course.go_to(number))
 }
 
 fn done(result: Result<(), &'static str>) -> Result<StatusCode, Refusal> {
@@ -188,11 +192,9 @@ fn document(page: &Page, headers: &HeaderMap) -> Response {
 async fn open_page(
     State(server): State<Server>,
     Extension(kept): Extension<Kept>,
-    headers: HeaderMap,
-    Query(asked): Query<Asked>,
     upgrade: WebSocketUpgrade,
+    Admitted(panel): Admitted,
 ) -> Result<Response, Refusal> {
-    let panel = Arc::clone(server.panel(&headers, &asked)?);
     let place = Arc::clone(&server.pages).try_acquire_owned().map_err(|_| TOO_MANY)?;
     kept.store(true, Ordering::Relaxed);
     let upgrade = upgrade
@@ -206,12 +208,8 @@ async fn open_page(
     }))
 }
 
-async fn stop(
-    State(server): State<Server>,
-    headers: HeaderMap,
-    Query(asked): Query<Asked>,
-) -> Result<StatusCode, Refusal> {
-    match server.panel(&headers, &asked)?.stop_by_page() {
+async fn stop(Admitted(panel): Admitted) -> Result<StatusCode, Refusal> {
+    match panel.stop_by_page() {
         Ok(()) => Ok(StatusCode::NO_CONTENT),
         Err(_) => Err(ONLY_LOOKS),
     }
@@ -221,11 +219,10 @@ async fn stop(
 async fn camera(
     State(server): State<Server>,
     Extension(kept): Extension<Kept>,
-    headers: HeaderMap,
-    Query(asked): Query<Asked>,
     Path(host): Path<usize>,
+    Admitted(panel): Admitted,
 ) -> Result<Response, Refusal> {
-    let host = server.panel(&headers, &asked)?.hosts.get(host).ok_or(NO_FILE)?;
+    let host = panel.hosts.get(host).ok_or(NO_FILE)?;
     let place = Arc::clone(&server.viewers).try_acquire_owned().map_err(|_| TOO_MANY)?;
     kept.store(true, Ordering::Relaxed);
     Ok(pictures::response(host.pictures(), place))

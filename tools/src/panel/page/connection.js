@@ -8,7 +8,7 @@ const SILENT = 6;
 // A slow network needs some time for a connection.
 const CONNECT_MS = 10000;
 
-// From stop.js.
+// From token.js.
 export const token = window.panelToken;
 
 export class Connection {

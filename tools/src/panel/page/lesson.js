@@ -3,6 +3,7 @@
 import { Connection, token } from "./connection.js";
 import { button, h, setAttribute, setText } from "./dom.js";
 import { Floor } from "./floor.js";
+import { holdButtons } from "./keys.js";
 import { hosts, pushState, setHosts } from "./state.js";
 import { readColours } from "./trace.js";
 import { currentLanguage, setLanguage, t } from "./words.js";
@@ -113,10 +114,7 @@ const connection = new Connection({
     pushState(message);
     showMachine();
   },
-  lost() {
-    view?.close();
-    view = null;
-  },
+  lost: dropView,
   failed() {},
 });
 
@@ -214,18 +212,7 @@ $("language").addEventListener("click", () => {
   showMachine();
 });
 
-function numberKey(event, pressed) {
-  if (event.ctrlKey || event.altKey || event.metaKey || event.repeat) return;
-  const digit = /^(?:Digit|Numpad)([1-8])$/.exec(event.code);
-  if (digit) view?.key?.(Number(digit[1]) - 1, pressed);
-}
-
-addEventListener("keydown", (event) => numberKey(event, true));
-addEventListener("keyup", (event) => numberKey(event, false));
-addEventListener("blur", () => {
-  for (let input = 0; input < 8; input++) view?.key?.(input, false);
-});
-
+holdButtons(() => view);
 readColours();
 setText($("language"), t("language"));
 if (token) {

@@ -5,6 +5,7 @@ import { Connection, token } from "./connection.js";
 import { button, h, setAttribute, setText } from "./dom.js";
 import { Gate } from "./gate.js";
 import { HostView } from "./host.js";
+import { holdButtons } from "./keys.js";
 import { Overview } from "./overview.js";
 import { hosts, pushState, setHosts } from "./state.js";
 import { readColours } from "./trace.js";
@@ -193,20 +194,7 @@ $("language").addEventListener("click", () => {
   rebuild();
 });
 
-/** The keys 1 to 8 hold the buttons of a simulated machine. */
-function numberKey(event, pressed) {
-  if (event.ctrlKey || event.altKey || event.metaKey || event.repeat || event.target.matches?.("[type=text], [type=number], select")) return;
-  const digit = /^(?:Digit|Numpad)([1-8])$/.exec(event.code);
-  if (digit) view?.key?.(Number(digit[1]) - 1, pressed);
-}
-
-addEventListener("keydown", (event) => numberKey(event, true));
-addEventListener("keyup", (event) => numberKey(event, false));
-// A key that is let go elsewhere is not seen.
-addEventListener("blur", () => {
-  for (let input = 0; input < 8; input++) view?.key?.(input, false);
-});
-
+holdButtons(() => view);
 readColours();
 $("banner").append(take);
 rebuild();

@@ -1,28 +1,11 @@
-// The stop. It is a plain script, loaded before all others, and uses none of them: whatever breaks or hangs
-// elsewhere, the button and the space bar send it. It goes two ways at once, by a request of its own and by the
-// page's WebSocket, which connection.js leaves in `window.panelSocket`. The others learn by two events that a stop is on
-// its way, "panelstop", and that its request is answered or has failed, "panelstopped". They get the token from here, too.
+// The stop. It is a plain script, loaded before all others, and uses none of them but token.js, which is put before it:
+// whatever breaks or hangs elsewhere, the button and the space bar send it. It goes two ways at once, by a request of its
+// own and by the page's WebSocket, which connection.js leaves in `window.panelSocket`. The others learn by two events that
+// a stop is on its way, "panelstop", and that its request is answered or has failed, "panelstopped".
 (function () {
   "use strict";
 
-  const KEY = "txt-panel-token";
-  const token = takeToken();
   let reset = 0;
-
-  // Takes the token out of the address, which others can see or copy. The tab keeps it for when the page is loaded again.
-  function takeToken() {
-    const given = new URLSearchParams(location.search).get("token");
-    try {
-      if (!given) return sessionStorage.getItem(KEY) || "";
-      sessionStorage.setItem(KEY, given);
-    } catch {
-      return given || ""; // The browser allows no storage, so it stays in the address.
-    }
-    history.replaceState(null, "", location.pathname);
-    return given;
-  }
-
-  window.panelToken = token;
 
   function show(result) {
     const button = document.getElementById("stop");
@@ -39,7 +22,7 @@
     } finally {
       // It is sent even if the page is being closed.
       const options = { method: "POST", keepalive: true, signal: AbortSignal.timeout(2000) };
-      fetch("/stop?token=" + encodeURIComponent(token), options).then(
+      fetch("/stop?token=" + encodeURIComponent(window.panelToken), options).then(
         function (answer) { return answer.ok ? "done" : "failed"; },
         function () { return "failed"; }).then(
         function (result) {

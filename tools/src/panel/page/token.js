@@ -1,7 +1,6 @@
-// The token of a page without motors of its own, and so without stop.js: it is taken out of the address, which others can
-// see or copy. The tab keeps it for when the page is loaded again.
-
-function takeToken() {
+// The token of a page. It is taken out of the address, which others can see or copy; the tab keeps it for when the page is
+// loaded again. Plain, and before everything else: stop.js needs it, too.
+window.panelToken = (function () {
   const key = "txt-panel-token";
   const given = new URLSearchParams(location.search).get("token");
   try {
@@ -12,6 +11,4 @@ function takeToken() {
   }
   history.replaceState(null, "", location.pathname);
   return given;
-}
-
-window.panelToken = takeToken();
+})();
