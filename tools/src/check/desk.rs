@@ -48,7 +48,7 @@ impl Desk {
         Self {
             txt,
             label,
-            report: Report::new(lesson, None),
+            report: Report::new(None),
             ends: AtomicBool::new(false),
             state: Mutex::new(state),
         }
@@ -62,7 +62,7 @@ impl Desk {
     fn run(&self) {
         let lesson = self.lock().lesson;
         let is_over = || self.ends.load(Ordering::Relaxed);
-        self.report.begin(lesson, Phase::Waiting, None);
+        self.report.begin(Phase::Waiting, None);
         // The steps are those of a program from its beginning on.
         while self.txt.is_online() && !is_over() {
             thread::sleep(LOOK);
@@ -70,7 +70,7 @@ impl Desk {
         let verdict = examine::guest(lesson, &self.txt, &self.report, &is_over);
         let mut state = self.lock();
         match verdict {
-            _ if is_over() => self.report.begin(state.lesson, Phase::Idle, None),
+            _ if is_over() => self.report.begin(Phase::Idle, None),
             Ok(None) => {
                 state.passed.insert(lesson.number);
                 (state.failed, state.wrong) = (0, None);
@@ -180,7 +180,7 @@ impl Course for Shared {
         state.lesson = lesson;
         state.failed = 0;
         desk.txt.set_world(&world).map_err(|_| "the machine can't be changed")?;
-        desk.report.begin(lesson, Phase::Idle, None);
+        desk.report.begin(Phase::Idle, None);
         Ok(())
     }
 }
@@ -214,11 +214,10 @@ impl Course for Shown {
 
 /// What a page shows of a lesson.
 fn lesson_json(lesson: &Lesson) -> Value {
-    let (en, de) = lesson.document;
     json!({
         "number": lesson.number,
         "count": LESSONS.len(),
         "title": lesson.title.json(),
-        "task": {"en": super::task::html(en), "de": super::task::html(de)},
+        "task": lesson.task(),
     })
 }

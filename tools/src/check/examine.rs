@@ -22,7 +22,7 @@ pub(super) fn program(
     let world = lesson.read_world()?;
     let mut note = None;
     for left in (0..TRIES).rev() {
-        report.begin(lesson, Phase::Waiting, note.take());
+        report.begin(Phase::Waiting, note.take());
         let mut stage = Stage::set(txt.clone(), &world, program, report)?;
         let verdict = play(&mut stage, lesson);
         match (&verdict, stage.stood_still()) {

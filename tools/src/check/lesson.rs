@@ -1,11 +1,15 @@
 //! The lessons of `docs/lessons`.
 
+use std::sync::OnceLock;
+
 use anyhow::Context;
 use ft_transfer_area_simulator::world::World;
 
 use super::lessons;
 use super::stage::Stage;
+use super::task;
 use super::words::{Check, Language, Words};
+use crate::panel::course::Both;
 
 pub(super) struct Lesson {
     pub(super) number: u8,
@@ -15,6 +19,8 @@ pub(super) struct Lesson {
     pub(super) title: Words,
     /// Its document, in English and in German.
     pub(super) document: (&'static str, &'static str),
+    /// What is made of it.
+    task: OnceLock<Both>,
     /// Its world, as the text of a file.
     pub(super) world: &'static str,
     /// What a program has to do. The first thing that it does wrong ends the check.
@@ -23,7 +29,7 @@ pub(super) struct Lesson {
 
 macro_rules! lessons {
     ($($number:literal $module:ident $german:ident $en_name:literal $de_name:literal $en:literal $de:literal)+) => {
-        pub(super) static LESSONS: &[Lesson] = &[$(Lesson {
+        pub(super) static LESSONS: [Lesson; [$($number),+].len()] = [$(Lesson {
             number: $number,
             name: stringify!($module),
             german: stringify!($german),
@@ -32,6 +38,7 @@ macro_rules! lessons {
                 include_str!(concat!("../../../docs/lessons/en/", $en_name, ".md")),
                 include_str!(concat!("../../../docs/lessons/de/", $de_name, ".md")),
             ),
+            task: OnceLock::new(),
             world: include_str!(concat!("../../../docs/lessons/worlds/", $en_name, ".toml")),
             check: lessons::$module::check,
         }),+];
@@ -52,6 +59,12 @@ lessons! {
 }
 
 impl Lesson {
+    /// Its task as a part of a page, which asks for it several times a second. It is made of the document once.
+    pub(super) fn task(&self) -> &Both {
+        let (en, de) = self.document;
+        self.task.get_or_init(|| Both { en: task::html(en), de: task::html(de) })
+    }
+
     /// The lesson with this number, or with this name in any language.
     pub(super) fn find(text: &str) -> Option<&'static Self> {
         let text = text.to_lowercase().replace('-', "_").replace('ä', "ae");

@@ -95,7 +95,7 @@ fn refuse(sentence: &str) -> ExitCode {
 fn check(args: &Args, lesson: &'static Lesson, language: Language) -> anyhow::Result<()> {
     let world = lesson.read_world()?;
     let txt = simulated_txt(SimulatedTxt::builder(), &world)?;
-    let report = Arc::new(Report::new(lesson, Some(language)));
+    let report = Arc::new(Report::new(Some(language)));
     let _opening = show(args, &txt, &world, lesson, &report)?;
     let title = lesson.title.text(language);
     print::line(match language {

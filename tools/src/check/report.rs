@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use serde_json::{json, Value};
 
-use super::lesson::Lesson;
 use super::words::{Language, Words, Wrong};
 use crate::print;
 
@@ -48,7 +47,6 @@ struct Step {
 
 /// What was told of one lesson.
 struct Told {
-    lesson: &'static Lesson,
     phase: Phase,
     steps: Vec<Step>,
     /// Why the check has begun again.
@@ -56,6 +54,12 @@ struct Told {
     wrong: Option<Wrong>,
     /// Whether a page has the verdict.
     is_seen: bool,
+}
+
+impl Told {
+    fn begin(phase: Phase, note: Option<Words>) -> Self {
+        Self { phase, steps: Vec::new(), note, wrong: None, is_seen: false }
+    }
 }
 
 /// What is told, from the check to whoever looks.
@@ -66,16 +70,8 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    pub(super) fn new(lesson: &'static Lesson, printed: Option<Language>) -> Self {
-        let told = Told {
-            lesson,
-            phase: Phase::Idle,
-            steps: Vec::new(),
-            note: None,
-            wrong: None,
-            is_seen: false,
-        };
-        Self { told: Mutex::new(told), printed }
+    pub(super) fn new(printed: Option<Language>) -> Self {
+        Self { told: Mutex::new(Told::begin(Phase::Idle, None)), printed }
     }
 
     fn told(&self) -> MutexGuard<'_, Told> {
@@ -83,11 +79,11 @@ impl Report {
     }
 
     /// The check of a program begins, perhaps again.
-    pub(super) fn begin(&self, lesson: &'static Lesson, phase: Phase, note: Option<Words>) {
+    pub(super) fn begin(&self, phase: Phase, note: Option<Words>) {
         if let (Some(note), Some(language)) = (&note, self.printed) {
             print_line(note.text(language));
         }
-        *self.told() = Told { lesson, phase, steps: Vec::new(), note, wrong: None, is_seen: false };
+        *self.told() = Told::begin(phase, note);
     }
 
     /// The program is there.
@@ -152,7 +148,6 @@ impl Report {
             json!({"words": step.words.json(), "sign": sign})
         };
         json!({
-            "lesson": told.lesson.number,
             "phase": told.phase.name(),
             "steps": told.steps.iter().map(step).collect::<Vec<_>>(),
             "note": told.note.as_ref().map(Words::json),

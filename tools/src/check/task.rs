@@ -33,7 +33,7 @@ mod tests {
 
     #[test]
     fn each_task_is_a_part_of_a_page_that_leads_nowhere() {
-        for lesson in LESSONS {
+        for lesson in &LESSONS {
             for document in [lesson.document.0, lesson.document.1] {
                 let html = html(document);
                 assert!(html.starts_with("<h1>"), "{html}");
