@@ -52,14 +52,17 @@ impl Site {
 
     /// The same with another token.
     pub(crate) fn url_for(&self, ip: IpAddr, access: &Access) -> String {
-        let address = SocketAddr::new(ip, self.address.port());
-        format!("http://{address}/?token={}", access.token())
+        self.url_of("", ip, access)
     }
 
     /// The address of the page of a lesson.
     pub(crate) fn lesson_url(&self, ip: IpAddr, access: &Access) -> String {
+        self.url_of("lesson", ip, access)
+    }
+
+    fn url_of(&self, page: &str, ip: IpAddr, access: &Access) -> String {
         let address = SocketAddr::new(ip, self.address.port());
-        format!("http://{address}/lesson?token={}", access.token())
+        format!("http://{address}/{page}?token={}", access.token())
     }
 
     /// Answers from now on, in a thread of its own, and opens this address in the browser. What is returned has to be
@@ -89,15 +92,14 @@ pub(crate) fn local(ip: IpAddr) -> IpAddr {
 /// The address by which others reach this computer: that of the default route, or of a network without one, as behind a
 /// switch or in a hotspot.
 pub(crate) fn own_address() -> Option<IpAddr> {
-    routed_address().or_else(|| interfaces::addresses().into_iter().next())
+    own_addresses().into_iter().next()
 }
 
 /// All addresses by which others may reach this computer, the most likely one first.
 pub(crate) fn own_addresses() -> Vec<IpAddr> {
-    let mut addresses: Vec<_> = routed_address().into_iter().collect();
-    let others = interfaces::addresses().into_iter();
-    addresses.extend(others.filter(|other| Some(*other) != routed_address()));
-    addresses
+    let routed = routed_address();
+    let others = interfaces::addresses().into_iter().filter(|other| Some(*other) != routed);
+    routed.into_iter().chain(others).collect()
 }
 
 /// The address by which this computer reaches others far away. Nothing is sent for it.

@@ -10,8 +10,7 @@ const NO_COLOURS: &str = "\x1b[0m";
 
 /// The code of an address, in lines for a terminal.
 pub(crate) fn code(url: &str) -> anyhow::Result<String> {
-    let code = QrCode::with_error_correction_level(url, EcLevel::L)
-        .with_context(|| format!("{url} has no QR code"))?;
+    let code = made(url, EcLevel::L)?;
     let picture = code.render::<Dense1x2>().build();
     let lines: Vec<_> =
         picture.lines().map(|line| format!("{COLOURS}{line}{NO_COLOURS}")).collect();
@@ -22,8 +21,7 @@ pub(crate) fn code(url: &str) -> anyhow::Result<String> {
 pub(crate) fn svg(url: &str) -> anyhow::Result<String> {
     /// How many light modules are around the code.
     const QUIET: usize = 4;
-    let code = QrCode::with_error_correction_level(url, EcLevel::M)
-        .with_context(|| format!("{url} has no QR code"))?;
+    let code = made(url, EcLevel::M)?;
     let dark = code.to_colors().into_iter().enumerate();
     let dark = dark.filter(|(_, colour)| *colour == qrcode::Color::Dark);
     let place = |(index, _)| (index % code.width() + QUIET, index / code.width() + QUIET);
@@ -33,6 +31,10 @@ pub(crate) fn svg(url: &str) -> anyhow::Result<String> {
         "<svg viewBox=\"0 0 {side} {side}\" shape-rendering=\"crispEdges\"><path fill=\"#fff\" d=\"M0 0h{side}v{side}H0z\"/>\
          <path d=\"{path}\"/></svg>"
     ))
+}
+
+fn made(url: &str, level: EcLevel) -> anyhow::Result<QrCode> {
+    QrCode::with_error_correction_level(url, level).with_context(|| format!("{url} has no QR code"))
 }
 
 #[cfg(test)]
