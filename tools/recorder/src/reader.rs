@@ -226,10 +226,7 @@ impl Recording {
 
     /// The entry of a record, if it is one. If it makes no sense, the rest of its chunk is left out.
     fn take(&mut self, opcode: u8, data: &[u8]) -> Result<Option<Entry>, (u64, String)> {
-        self.entry(opcode, data).map_err(|cause| match self.records.leave_chunk(cause) {
-            Found::Damaged { bytes, cause } => (bytes, cause),
-            Found::Record(..) | Found::End { .. } => (0, String::new()),
-        })
+        self.entry(opcode, data).map_err(|cause| (self.records.leave_chunk(), cause))
     }
 
     fn entry(&mut self, opcode: u8, data: &[u8]) -> Result<Option<Entry>, String> {

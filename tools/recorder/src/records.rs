@@ -61,7 +61,9 @@ impl<R: Read> Records<R> {
         loop {
             match self.chunk.next() {
                 Some(Ok((opcode, data))) => return Ok(Found::Record(opcode, data)),
-                Some(Err(cause)) => return Ok(self.leave_chunk(cause)),
+                Some(Err(cause)) => {
+                    return Ok(Found::Damaged { bytes: self.leave_chunk(), cause });
+                }
                 None => {}
             }
             match self.next_of_file()? {
@@ -77,10 +79,10 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// Leaves out the rest of a chunk whose last record makes no sense.
-    pub(crate) fn leave_chunk(&mut self, cause: String) -> Found {
+    /// Leaves out the rest of a chunk whose last record makes no sense: so many bytes.
+    pub(crate) fn leave_chunk(&mut self) -> u64 {
         let chunk = std::mem::take(&mut self.chunk);
-        Found::Damaged { bytes: (chunk.data.len() - chunk.last) as u64, cause }
+        (chunk.data.len() - chunk.last) as u64
     }
 
     /// The channels that are listed behind the data.

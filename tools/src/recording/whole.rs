@@ -1,5 +1,6 @@
 //! What is missing in a recording, and what has to be guessed then.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use ft_transfer_area_recorder::Recording;
@@ -9,13 +10,17 @@ use crate::print;
 /// Says on stderr why a recording that was read to its end is not whole. The last words say what was done with the
 /// rest of one that is cut off.
 pub(super) fn say_what_is_missing(recording: &Recording, path: &Path, rest: &str) {
-    let path = path.display();
     if let Some(damage) = recording.damage() {
-        eprintln!("{}", print::clean(&format!("{path}: {damage}")));
+        say_what_is_damaged(damage, path);
     }
     if recording.is_cut_off() {
-        eprintln!("{path} is cut off{rest}");
+        eprintln!("{} is cut off{rest}", path.display());
     }
+}
+
+/// Says on stderr what is left out.
+pub(super) fn say_what_is_damaged(damage: impl Display, path: &Path) {
+    eprintln!("{}", print::clean(&format!("{}: {damage}", path.display())));
 }
 
 /// Counts transfers, also those whose beginning is missing.

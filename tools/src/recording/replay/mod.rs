@@ -14,6 +14,7 @@ use ft_transfer_area::{FirmwareVersion, PORT};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use super::survey::Survey;
+use super::whole::say_what_is_damaged;
 use crate::{interrupt, print};
 use player::{Player, Run};
 
@@ -50,7 +51,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let survey = Survey::of(&args.file)?;
     if let Some(damage) = &survey.damage {
-        eprintln!("{}", print::clean(&format!("{}: {damage}", args.file.display())));
+        say_what_is_damaged(damage, &args.file);
     }
     anyhow::ensure!(survey.cycles > 0, "{} has no cycles to replay", args.file.display());
     let interrupted = interrupt::receiver()?;
