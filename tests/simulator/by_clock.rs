@@ -6,7 +6,7 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
+use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use crate::unpaced;
@@ -24,23 +24,33 @@ fn m1(duty: i16) -> ExchangeData {
     outputs
 }
 
-/// An exchange, and between which times the controller has answered it.
-struct Exchanged {
+/// The counter C1, and between which times it was that.
+struct Seen {
     begin: Instant,
-    response: ExchangeDataResponse,
+    pulses: i16,
     end: Instant,
 }
 
-impl Exchanged {
-    fn with(client: &mut Client, outputs: &ExchangeData) -> Self {
-        let begin = Instant::now();
-        let response = client.exchange(outputs);
-        Self { begin, response, end: Instant::now() }
+impl Seen {
+    /// In the response to these outputs.
+    fn by(client: &mut Client, outputs: &ExchangeData) -> Self {
+        Self::with(|| client.exchange(outputs).counter[0])
     }
 
-    /// Fails unless M1 has turned at full speed from this exchange to that one.
+    /// In the machine.
+    fn at(txt: &SimulatedTxt) -> Self {
+        Self::with(|| state(txt).0)
+    }
+
+    fn with(look: impl FnOnce() -> i16) -> Self {
+        let begin = Instant::now();
+        let pulses = look();
+        Self { begin, pulses, end: Instant::now() }
+    }
+
+    /// Fails unless M1 has turned at full speed from this time to that one.
     fn assert_full_speed_until(&self, later: &Self) {
-        let pulses = f64::from(later.response.counter[0] - self.response.counter[0]);
+        let pulses = f64::from(later.pulses - self.pulses);
         let [shortest, longest] = [(self.end, later.begin), (self.begin, later.end)]
             .map(|(from, to)| PULSES_PER_SECOND * (to - from).as_secs_f64());
         assert!(
@@ -56,16 +66,16 @@ fn motors_turn_by_the_clock_for_a_client_of_any_speed() {
     let mut client = Client::online(&txt);
     client.exchange(&m1(512));
     for (pause, count) in [(0, 40), (3, 40), (10, 40), (20, 20), (50, 10), (500, 2)] {
-        let exchanges: Vec<Exchanged> = (0..count)
+        let seen: Vec<Seen> = (0..count)
             .map(|_| {
                 thread::sleep(Duration::from_millis(pause));
-                Exchanged::with(&mut client, &m1(512))
+                Seen::by(&mut client, &m1(512))
             })
             .collect();
-        for pair in exchanges.windows(2) {
+        for pair in seen.windows(2) {
             pair[0].assert_full_speed_until(&pair[1]);
         }
-        exchanges[0].assert_full_speed_until(&exchanges[count - 1]);
+        seen[0].assert_full_speed_until(&seen[count - 1]);
     }
 }
 
@@ -75,14 +85,14 @@ fn outputs_count_from_their_exchange_on_until_the_next_one() {
     let mut client = Client::online(&txt);
     client.exchange(&m1(0));
     thread::sleep(MOMENT);
-    let on = Exchanged::with(&mut client, &m1(512));
+    let on = Seen::by(&mut client, &m1(512));
     let most = PULSES_PER_SECOND * (on.end - on.begin).as_secs_f64() + 1.0;
-    assert!(f64::from(on.response.counter[0]) <= most, "it turned before it was switched on");
+    assert!(f64::from(on.pulses) <= most, "it turned before it was switched on");
     thread::sleep(MOMENT);
-    let off = Exchanged::with(&mut client, &m1(0));
+    let off = Seen::by(&mut client, &m1(0));
     on.assert_full_speed_until(&off);
     thread::sleep(MOMENT);
-    assert_eq!(client.exchange(&m1(0)).counter, off.response.counter);
+    assert_eq!(client.exchange(&m1(0)).counter[0], off.pulses);
 }
 
 #[test]
@@ -127,18 +137,18 @@ fn state(txt: &SimulatedTxt) -> (i16, Duration) {
 }
 
 #[test]
-fn a_motor_turns_until_its_client_is_cut_off() {
+fn a_motor_turns_by_the_clock_while_its_client_is_silent_and_when_it_is_cut_off() {
     let pace = Duration::from_millis(10);
     let txt = SimulatedTxt::builder().pace(pace).idle_limit(MOMENT).start().unwrap();
     let mut client = Client::online(&txt);
-    let begin = Instant::now();
-    client.exchange(&m1(512));
-    let answered = begin.elapsed();
+    let on = Seen::by(&mut client, &m1(512));
     assert!(txt.wait_until(|machine| !machine.connected(), LIMIT));
-    // 50 ms of silence after the response, also if this computer was late to notice it. Each pulse takes 5 ms.
-    let (pulses, _) = state(&txt);
-    let most = ((answered + MOMENT).as_millis() / 5) as i16;
-    assert!((10..=most).contains(&pulses), "{pulses} pulses, and {answered:?} until the response");
+    // Its client is cut off after 50 ms of silence, and each pulse takes 5 ms.
+    let cut_off = Seen::at(&txt);
+    assert!(cut_off.pulses >= 10, "it was cut off after {} pulses", cut_off.pulses);
+    on.assert_full_speed_until(&cut_off);
+    thread::sleep(MOMENT);
+    on.assert_full_speed_until(&Seen::at(&txt));
 }
 
 #[test]
