@@ -4,7 +4,7 @@ use anyhow::{ensure, Result};
 use serde_json::json;
 
 use super::driver::browse;
-use super::page::{Page, Panel};
+use super::page::{Lesson, Page, Panel};
 use super::txt::{simulated_txt, FORWARD};
 
 /// The browser itself notices that only after a minute.
@@ -37,5 +37,33 @@ fn a_program_that_hangs_is_shown_as_lost_and_its_values_as_old() -> Result<()> {
         panel.signal("CONT");
         page.wait_for_text("#role", "You drive").await?;
         page.wait_for(&format!("#main:not([inert]) {FORWARD}:enabled")).await
+    })
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can pause another program")]
+#[test]
+fn the_page_of_a_lesson_shows_that_its_program_hangs() -> Result<()> {
+    browse(|client| async move {
+        let lesson = Lesson::start()?;
+        let page = Page { client: client.clone() };
+        client.goto(&lesson.url).await?;
+        page.wait_for_text("#role", "No program is connected").await?;
+        page.wait_for("#check:not([inert]) [data-what=check]").await?;
+
+        lesson.signal("STOP");
+        page.wait_for_text("#role", "No connection").await?;
+        page.wait_for("#machine[inert] .values").await?;
+        page.wait_for("#check[inert]").await?;
+        let grey = "return getComputedStyle(document.querySelector('#machine')).filter";
+        let grey = page.run(grey, json!(null)).await?;
+        ensure!(grey == json!("grayscale(1)"), "the values look new: {grey}");
+        // Another language does not make it new.
+        page.click("#language").await?;
+        page.wait_for_text("#role", "Keine Verbindung").await?;
+        page.click("#language").await?;
+
+        lesson.signal("CONT");
+        page.wait_for_text("#role", "No program is connected").await?;
+        page.wait_for("#machine:not([inert]) .values").await
     })
 }

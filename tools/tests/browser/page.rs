@@ -69,7 +69,7 @@ impl Panel {
 
 /// A running `txt lesson`.
 pub(crate) struct Lesson {
-    _running: Running,
+    running: Running,
     pub(crate) url: String,
     /// Where programs connect to.
     pub(crate) program: String,
@@ -85,7 +85,12 @@ impl Lesson {
             line.strip_prefix(name).map(str::to_owned).with_context(|| format!("no {name}"))
         };
         let (program, url) = (line("program ")?, line("page ")?);
-        Ok(Self { _running: running, url, program })
+        Ok(Self { running, url, program })
+    }
+
+    /// Sends it a signal, such as STOP.
+    pub(crate) fn signal(&self, signal: &str) {
+        self.running.signal(signal);
     }
 }
 

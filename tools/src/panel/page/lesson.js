@@ -23,7 +23,7 @@ const WORDS = {
     solved: "Solved.", hint: "Hint: {text}", check: "Check", end: "End the check", next: "Next lesson", before: "Lesson before",
     old: "This address is not known here: the program was started anew, and has other addresses. Ask for the new one.",
     over: "The program that shows this page has ended. What it said last stays here.", noToken: "This address has no token. Open the address that the program prints.",
-    online: "Your program is connected", offline: "No program is connected",
+    online: "Your program is connected",
   },
   de: {
     title: "Lektion", steps: "Prüfung", ok: "richtig", wrong: "falsch", now: "wird geprüft",
@@ -35,7 +35,7 @@ const WORDS = {
     solved: "Geschafft!", hint: "Tipp: {text}", check: "Prüfen", end: "Prüfung beenden", next: "Nächste Lektion", before: "Lektion davor",
     old: "Diese Adresse ist hier unbekannt: Das Programm wurde neu gestartet und hat andere Adressen. Frag nach der neuen.",
     over: "Das Programm, das diese Seite zeigt, ist zu Ende. Was es zuletzt gesagt hat, bleibt hier stehen.", noToken: "In dieser Adresse fehlt das Token. Öffne die Adresse, die das Programm ausgibt.",
-    online: "Dein Programm ist verbunden", offline: "Kein Programm ist verbunden",
+    online: "Dein Programm ist verbunden",
   },
 };
 
@@ -112,15 +112,25 @@ const connection = new Connection({
   },
   state(message) {
     pushState(message);
+    setLost(false);
     showMachine();
   },
-  lost: dropView,
+  lost() {
+    for (const host of hosts.values()) host.lose();
+    setLost(true);
+    showMachine();
+  },
   failed() {},
 });
 
 function dropView() {
   view?.close();
   view = null;
+}
+
+/** What was seen last stays, in grey. Nothing of it can be used. */
+function setLost(lost) {
+  for (const part of ["machine", "check"]) $(part).inert = lost;
 }
 
 function showMachine() {
@@ -132,7 +142,8 @@ function showMachine() {
     $("machine").replaceChildren(view.element);
   }
   view.update();
-  setText($("role"), w(host.state.link.phase === "running" ? "online" : "offline"));
+  const { phase } = host.state.link;
+  setText($("role"), phase === "running" ? w("online") : t(phase === "lost" ? "lost" : "idle"));
 }
 
 /** Asks for the state of the lesson, again and again. */
