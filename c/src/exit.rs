@@ -101,16 +101,18 @@ fn end_all() {
     transfers.clone().for_each(|transfer| transfer.ask());
     let transfers: Vec<_> = transfers.collect();
     drop(watched);
+    side_by_side(&transfers, |transfer| transfer.end());
+}
+
+/// Ends all of these at once. One alone needs no thread: in a handler there may be no memory for one.
+pub(crate) fn side_by_side<T: Sync>(all: &[T], end: impl Fn(&T) + Sync) {
+    let Some((last, others)) = all.split_last() else { return };
     thread::scope(|scope| {
-        let (last, others) = match transfers.split_last() {
-            Some(split) => split,
-            None => return,
-        };
-        for transfer in others {
-            if thread::Builder::new().spawn_scoped(scope, || transfer.end()).is_err() {
-                transfer.end();
+        for one in others {
+            if thread::Builder::new().spawn_scoped(scope, || end(one)).is_err() {
+                end(one);
             }
         }
-        last.end();
+        end(last);
     });
 }

@@ -11,6 +11,7 @@ use crate::process;
 /// [`caught`].
 pub(crate) fn guarded<R>(otherwise: R, call: impl FnOnce() -> R) -> R {
     let _inside = inside::enter();
+    inside::prepare_to_wait();
     caught(otherwise, call)
 }
 

@@ -7,9 +7,9 @@
 #[cfg(all(unix, miri))]
 pub(crate) use other::is_held_by_library;
 #[cfg(any(not(unix), miri))]
-pub(crate) use other::{enter, leave, uncancelled, Programs};
+pub(crate) use other::{enter, leave, prepare_to_wait, uncancelled, Programs};
 #[cfg(all(unix, not(miri)))]
-pub(crate) use unix::{enter, is_held_by_library, leave, uncancelled, Programs};
+pub(crate) use unix::{enter, is_held_by_library, leave, prepare_to_wait, uncancelled, Programs};
 
 #[cfg(all(unix, not(miri)))]
 mod unix {
@@ -17,8 +17,12 @@ mod unix {
     use std::mem::zeroed;
     use std::ptr;
     use std::sync::atomic::{AtomicU64, Ordering};
+    use std::sync::mpsc;
+    use std::thread;
+    use std::time::Duration;
 
     use libc::{c_int, sigset_t};
+    use parking_lot::{Condvar, Mutex};
 
     /// Signals of what the thread itself does: the system ends a process that holds them back.
     const OWN: [c_int; 5] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL, libc::SIGSYS];
@@ -55,6 +59,8 @@ mod unix {
     thread_local! {
         /// While this thread is inside. Needs no allocation.
         static HELD: Cell<Option<Held>> = const { Cell::new(None) };
+        /// Whether this thread can wait without memory of the C library.
+        static IS_PREPARED: Cell<bool> = const { Cell::new(false) };
     }
 
     /// Until this is dropped, the thread is inside.
@@ -114,6 +120,18 @@ mod unix {
         call()
     }
 
+    /// Lets this thread wait once in each way in which it may wait in a signal handler. The first time registers values
+    /// of the thread, with memory of the C library: a handler that has interrupted `malloc` would hang there.
+    pub(crate) fn prepare_to_wait() {
+        if IS_PREPARED.replace(true) {
+            return;
+        }
+        let _ = thread::current();
+        let _ = Condvar::new().wait_for(&mut Mutex::new(()).lock(), Duration::ZERO);
+        let (_sender, receiver) = mpsc::sync_channel::<()>(0);
+        let _ = receiver.recv_timeout(Duration::ZERO);
+    }
+
     extern "C" {
         fn pthread_setcancelstate(state: c_int, before: *mut c_int) -> c_int;
     }
@@ -164,6 +182,8 @@ mod other {
     pub(crate) fn leave<R>(call: impl FnOnce() -> R) -> R {
         call()
     }
+
+    pub(crate) fn prepare_to_wait() {}
 
     pub(crate) fn uncancelled() -> Option<()> {
         None

@@ -2,7 +2,6 @@
 
 use std::ffi::c_void;
 use std::sync::Arc;
-use std::thread;
 use std::time::Duration;
 
 use ft_transfer_area::{
@@ -18,7 +17,7 @@ use crate::errors::{
     FTLIB_ERR_LIB_IS_NOT_INITIALIZED, FTLIB_ERR_OPEN_COM, FTLIB_ERR_THREAD_NOT_STARTABLE,
     FTLIB_ERR_UNKNOWN_DEVICE_HANDLE, FTLIB_ERR_WRONG_HOSTNAME_LEN,
 };
-use crate::exit::{self, Transfer};
+use crate::exit::{self, side_by_side, Transfer};
 use crate::ports::{number_of, Ports};
 use crate::report;
 
@@ -196,14 +195,7 @@ impl Library {
         state.devices.iter().for_each(|device| device.ask());
         let devices = state.devices.clone();
         drop(state);
-        thread::scope(|scope| {
-            for device in &devices {
-                let close = move || device.close();
-                if thread::Builder::new().spawn_scoped(scope, close).is_err() {
-                    device.close();
-                }
-            }
-        });
+        side_by_side(&devices, |device| _ = device.close());
         for device in &devices {
             // One that another thread closes is not an error.
             let _ = self.close_device(device);

@@ -72,3 +72,16 @@ fn a_handler_may_do_so_when_it_has_interrupted_malloc() {
         }
     }
 }
+
+/// In `malloc` a handler must not begin to wait: the first time a thread does, values of it are registered, with memory
+/// of the C library.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_handler_that_waits_first_needs_no_memory_of_the_c_library() {
+    let source = include_str!("programs/first_wait.cpp");
+    let Some(program) = compile("", "c++11", source, "first_wait") else { return };
+    let txt = simulated().start().unwrap();
+    let ended = Running::with(&program, &txt, &[]).end();
+    assert_eq!(ended.code, Some(3), "{}", ended.err);
+    wait_stopped(&txt);
+}
