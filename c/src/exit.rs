@@ -20,7 +20,7 @@ mod system;
 
 pub(crate) use system::{at_exit, threads_are_gone};
 #[cfg(unix)]
-pub(crate) use system::{ends, handler_of, on_end, take_over, SUSPENDS};
+pub(crate) use system::{ends, ends_by_ctrl_c, handler_of, on_end, take_over, SUSPENDS};
 
 /// How long the end of a program waits for a lock that another thread has.
 pub(crate) const LOCK_LIMIT: Duration = Duration::from_secs(1);

@@ -190,6 +190,13 @@ pub(crate) fn take_over(signal: c_int, handler: extern "C" fn(c_int)) {
     }
 }
 
+/// Whether Ctrl-C ends this process with a last exchange: it has begun a transfer, and leaves the signal to the system.
+pub(crate) fn ends_by_ctrl_c() -> bool {
+    let usual = on_end as extern "C" fn(c_int) as usize;
+    WATCHED_BY.load(Ordering::Acquire) == process::id()
+        && handler_of(libc::SIGINT).ok() == Some(usual)
+}
+
 pub(crate) fn handler_of(signal: c_int) -> io::Result<usize> {
     // SAFETY: integers, pointers and sets, for which all bits 0 are valid.
     let mut action: libc::sigaction = unsafe { zeroed() };

@@ -1,10 +1,14 @@
 //! `system`, the C library's function for commands, with those of Windows that programs use for their console: `pause`,
 //! with which they wait before their window closes, `cls`, `color` and `title`.
 
-use std::ffi::{c_char, c_int, CStr};
-use std::mem::transmute;
+use std::ffi::{c_char, c_int, CStr, OsStr};
+use std::mem::{transmute, zeroed};
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::process::ExitStatusExt;
+use std::process::Command;
 
 use super::{console, keyboard};
+use crate::exit;
 use crate::ffi::{caught, text_of};
 
 type System = unsafe extern "C" fn(*const c_char) -> c_int;
@@ -26,8 +30,50 @@ pub unsafe extern "C" fn system(command: *const c_char) -> c_int {
             command.run();
             0
         }),
+        None if !command.is_null() && exit::ends_by_ctrl_c() => {
+            // SAFETY: as the caller promises.
+            run(unsafe { CStr::from_ptr(command) })
+        }
         // SAFETY: the C library's, with what the caller has given.
         None => unsafe { next_system().map_or(NOTHING, |system| system(command)) },
+    }
+}
+
+/// Runs a command of the shell. The C library's function ignores Ctrl-C meanwhile: the motors would go on.
+fn run(command: &CStr) -> c_int {
+    // A handler of the program for its children would take the status.
+    let _held = Held::new(libc::SIGCHLD);
+    let mut shell = Command::new("/bin/sh");
+    let status = shell.arg("-c").arg(OsStr::from_bytes(command.to_bytes())).status();
+    status.map_or(NOTHING, |status| status.into_raw())
+}
+
+/// Until this is dropped, a signal does not reach this thread.
+struct Held {
+    before: libc::sigset_t,
+}
+
+impl Held {
+    fn new(signal: c_int) -> Self {
+        // SAFETY: sets, for which all bits 0 are valid.
+        let (mut only, mut before): (libc::sigset_t, libc::sigset_t) =
+            unsafe { (zeroed(), zeroed()) };
+        // SAFETY: the sets are this function's.
+        unsafe {
+            libc::sigemptyset(&raw mut only);
+            libc::sigaddset(&raw mut only, signal);
+            libc::pthread_sigmask(libc::SIG_BLOCK, &raw const only, &raw mut before);
+        }
+        Self { before }
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        // SAFETY: the set is one that this thread had.
+        unsafe {
+            libc::pthread_sigmask(libc::SIG_SETMASK, &raw const self.before, std::ptr::null_mut())
+        };
     }
 }
 

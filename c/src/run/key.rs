@@ -216,14 +216,10 @@ pub(crate) struct Files {
 /// The files that a text is from, without those in the build folder, which nobody else writes.
 pub(crate) fn files_of(text: &[u8]) -> Result<Files, &'static str> {
     let lines = text.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"# "));
-    let name = |line| {
-        let (_, name) = std::str::from_utf8(line).ok()?.split_once('"')?;
-        Some(name.rsplit_once('"')?.0.replace("\\\\", "\\"))
-    };
-    let names: BTreeSet<String> = lines.filter_map(name).collect();
-    let states = way_to(names.iter().map(Path::new));
+    let names: BTreeSet<PathBuf> = lines.filter_map(name_in).collect();
+    let states = way_to(names.iter().map(PathBuf::as_path));
     let mut files = Files { written: Vec::new(), states };
-    for file in names.iter().map(Path::new).filter(|file| file.is_file()) {
+    for file in names.iter().filter(|file| file.is_file()) {
         let _ = write!(files.states, "{:?} ", fs::metadata(file).ok().and_then(|it| changed(&it)));
         // One that can't be read has no lines to show. A source may name any file by `#line`.
         let read = File::open(file).and_then(|it| read::more(it, &mut files.written));
@@ -232,6 +228,30 @@ pub(crate) fn files_of(text: &[u8]) -> Result<Files, &'static str> {
         }
     }
     Ok(files)
+}
+
+/// The file that such a line names, in any character set. Compilers write a backslash before some characters, and clang
+/// writes a byte beyond ASCII as three octal digits behind one.
+fn name_in(line: &[u8]) -> Option<PathBuf> {
+    let begin = line.iter().position(|byte| *byte == b'"')? + 1;
+    let end = line.iter().rposition(|byte| *byte == b'"')?;
+    let mut written = line.get(begin..end)?;
+    let mut name = Vec::new();
+    while let [first, rest @ ..] = written {
+        let (byte, rest) = match (first, rest) {
+            (b'\\', [a @ b'0'..=b'3', b @ b'0'..=b'7', c @ b'0'..=b'7', rest @ ..]) => {
+                ((a - b'0') << 6 | (b - b'0') << 3 | (c - b'0'), rest)
+            }
+            (b'\\', [escaped, rest @ ..]) => (*escaped, rest),
+            _ => (*first, rest),
+        };
+        name.push(byte);
+        written = rest;
+    }
+    #[cfg(unix)]
+    return Some(std::os::unix::ffi::OsStringExt::from_vec(name)).map(|name: OsString| name.into());
+    #[cfg(not(unix))]
+    return String::from_utf8(name).ok().map(PathBuf::from);
 }
 
 /// What changes when other files come in the place of these, because a link or a folder on the way to them is another one
@@ -358,6 +378,17 @@ mod tests {
     }
 
     #[cfg(unix)]
+    #[test]
+    fn names_are_read_as_gcc_and_clang_write_them() {
+        let name = |line: &[u8]| name_in(line);
+        for line in [&b"# 1 \"j\xc3\xb6rg/b.c\" 2 3"[..], b"# 1 \"j\\303\\266rg/b.c\""] {
+            assert_eq!(name(line), Some("j\u{f6}rg/b.c".into()));
+        }
+        assert_eq!(name(br#"# 1 "C:\\a \"b\".c""#), Some(r#"C:\a "b".c"#.into()));
+        assert_eq!(name(b"# 1 \"\xf6.c\"").is_some(), cfg!(unix));
+        assert_eq!((name(b"# pragma"), name(b"# 1 \"")), (None, None));
+    }
+
     #[test]
     fn only_programs_count_and_only_some_are_compilers() {
         for name in ["gcc", "x86_64-linux-gnu-g++-13", "clang-18", "clang++", "cc", "gcc-13.2"] {

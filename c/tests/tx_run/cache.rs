@@ -431,6 +431,26 @@ fn a_comment_in_a_header_counts_for_warnings() {
     }
 }
 
+/// clang writes such a name with the numbers of its bytes.
+#[test]
+fn a_comment_counts_in_a_file_whose_name_has_umlauts() {
+    if !has_compiler() || Command::new("clang").arg("--version").output().is_err() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    for comment in ["one", "two"] {
+        let source =
+            format!("int main(void)\n{{\n    if (0); /* {comment} */\n    return 0;\n}}\n");
+        write(path, "j\u{f6}rg/b.c", &source);
+        let mut command = tx_run(&["j\u{f6}rg/b.c", "--world", "none"]);
+        command.current_dir(path).env("XDG_CACHE_HOME", path.join("cache")).env("CC", "clang");
+        let ended = Run::start(&mut command).end();
+        ended.well();
+        assert!(ended.err.contains(&format!("/* {comment} */")), "{}", ended.err);
+    }
+}
+
 /// What the preprocessor leaves of a source has other spaces, and the places of what stands in its macros.
 #[test]
 fn warnings_are_those_of_the_source() {

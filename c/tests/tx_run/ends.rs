@@ -327,6 +327,33 @@ fn a_program_with_main_ends_its_transfer_when_it_is_asked_to_end_and_when_it_ret
     wait_stopped(&txt);
 }
 
+/// The C library's `system` ignores Ctrl-C, which then ends only the command, if the terminal has sent it.
+#[test]
+fn ctrl_c_ends_a_program_that_waits_for_a_command() {
+    if !has_compiler() {
+        return;
+    }
+    for to_all in [false, true] {
+        let txt = txt().start().unwrap();
+        let mut command = tx_run(&["--host", &txt.address().to_string()]);
+        command.arg(program("pc.c")).env("CFLAGS", "-w -DCOMMAND").process_group(0);
+        let folder = tempfile::tempdir().unwrap();
+        let runs = folder.path().join("runs");
+        let run = Run::start(command.env("RUNS", &runs));
+        wait_until("the command runs", || runs.exists());
+        wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+        if to_all {
+            run.signal_group(libc::SIGINT);
+        } else {
+            run.signal(libc::SIGINT);
+        }
+        let ended = run.end();
+        ended.badly("pc was ended by SIGINT; all outputs are off");
+        assert!(!ended.out.contains("status"), "{}", ended.out);
+        wait_stopped(&txt);
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_program_that_is_suspended_is_ended_by_the_first_signal() {

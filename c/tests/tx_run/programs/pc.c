@@ -2,7 +2,7 @@
    DEFAULT it has no chance to stop the motor. With WAITS its end never comes, because a function of atexit waits, by a
    return from main, and with EXIT by a call. With FORK and DAEMON another process goes on when the first one has ended
    by `_exit`: one that only waits, and one that drives. With CONTROL it has a function for Ctrl-C that handles the
-   first one. With KILLED it kills itself. */
+   first one. With KILLED it kills itself. With COMMAND it runs that for a long time. */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -55,6 +55,9 @@ int main(int argc, char *argv[])
 #ifdef KILLED
     Sleep(100);
     kill(getpid(), SIGKILL);
+#endif
+#ifdef COMMAND
+    printf("status %d\n", system("echo >\"$RUNS\"; exec sleep 20 >/dev/null 2>&1"));
 #endif
 #ifdef DEFAULT
     signal(SIGINT, SIG_DFL);
