@@ -124,9 +124,20 @@ impl State {
     /// Whether the next request need not wait for the program any more.
     pub(crate) fn next_may_leave(&self) -> bool {
         if self.clock.is_lock_step() {
-            return self.tickets.all_wait();
+            return self.tickets.all_wait() || self.is_asked_for_by_command();
         }
         self.responses.opened().is_some_and(|response| self.tickets.all_have_answered(response))
+    }
+
+    /// Whether a command is sent before the next request. After a gap it is sent after the first one.
+    pub(crate) fn command_comes_first(&self) -> bool {
+        self.transfer.is_exchanging() && self.camera.asked_by().is_some()
+    }
+
+    /// In a gap: whether a thread waits for its command, and so for the first request, and no other one has the areas.
+    fn is_asked_for_by_command(&self) -> bool {
+        let is_alone = |thread| self.tickets.are_free_for(thread);
+        !self.transfer.is_exchanging() && self.camera.asked_by().is_some_and(is_alone)
     }
 
     /// The thread that may take the areas now.

@@ -8,8 +8,9 @@ use std::time::Duration;
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Counter, Direction, Motor, Sound};
+use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::{CameraOptions, Error, Event, EventKind, TransferAreaComHandler};
-use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxt};
 
 use crate::support::{handler_for, unpaced, wait_until, Record, DEADLINE};
 
@@ -202,6 +203,32 @@ fn in_lock_step_a_connection_that_is_lost_again_after_its_first_exchange_is_anot
         handler.end_transfer().unwrap();
         drop((frames, events));
     }
+}
+
+#[test]
+fn in_lock_step_a_camera_that_is_started_in_a_gap_waits_for_who_has_the_areas() {
+    let txt = unpaced().lock_step().start().unwrap();
+    let builder = handler_for(&txt).camera_port(txt.camera_port()).lock_step();
+    let handler = builder.reconnect(DEADLINE).build().unwrap();
+    handler.begin_transfer().unwrap();
+    drop(handler.areas().wait_cycle().unwrap());
+    txt.with_machine(|machine| machine.disturb(FaultKind::Close { after: 0 }));
+    let areas = handler.areas().lock();
+    thread::scope(|scope| {
+        // Its first command finds that the connection is lost.
+        let start = scope.spawn(|| handler.start_camera(CameraOptions::default()));
+        let is_ready = |machine: &Machine| {
+            let configs = machine.commands().filter(|id| *id == CommandId::UpdateConfig);
+            machine.connections() == 2 && configs.count() == 2
+        };
+        wait_until(&txt, "another connection", is_ready);
+        thread::sleep(Duration::from_millis(50));
+        assert_eq!(txt.with_machine(|machine| machine.exchanges()), 1);
+        drop(areas);
+        start.join().unwrap().unwrap();
+    });
+    assert_eq!(txt.with_machine(|machine| machine.exchanges()), 2);
+    handler.end_transfer().unwrap();
 }
 
 #[test]

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::camera::CameraControl;
 use crate::client::Endpoint;
+use crate::handler::sync::ThreadId;
 use crate::wire::StartCameraOnline;
 
 /// A command that the transfer thread sends between two exchanges.
@@ -24,8 +25,8 @@ pub(crate) struct CameraTask {
 /// The camera of a transfer.
 #[derive(Debug, Default)]
 pub(crate) struct CameraWork {
-    /// The program's command, until it is done.
-    pub(crate) command: Option<CameraCommand>,
+    /// The program's command and the thread that waits for it, until it is done.
+    command: Option<(CameraCommand, ThreadId)>,
     /// How the controller's camera server was started, while it is running.
     started: Option<StartCameraOnline>,
     /// After a gap, where the server is to be started again.
@@ -40,12 +41,22 @@ impl CameraWork {
         (self.command, self.started, self.restart_at) = (None, None, None);
     }
 
+    /// This thread of the program waits for a command from now on.
+    pub(crate) fn ask(&mut self, command: CameraCommand, thread: ThreadId) {
+        self.command = Some((command, thread));
+    }
+
+    /// The thread that waits for a command.
+    pub(crate) fn asked_by(&self) -> Option<ThreadId> {
+        self.command.map(|(_, thread)| thread)
+    }
+
     /// After a gap the camera comes first.
     pub(crate) fn task(&self) -> Option<CameraTask> {
         let restart = self.started.zip(self.restart_at.clone());
         let (command, restart_at) = match restart {
             Some((start, server)) => (CameraCommand::Start(start), Some(server)),
-            None => (self.command?, None),
+            None => (self.command?.0, None),
         };
         Some(CameraTask { command, restart_at })
     }
@@ -53,8 +64,8 @@ impl CameraWork {
     /// The program's command is done.
     pub(crate) fn command_is_done(&mut self) {
         match self.command.take() {
-            Some(CameraCommand::Start(start)) => self.started = Some(start),
-            Some(CameraCommand::Stop) | None => self.started = None,
+            Some((CameraCommand::Start(start), _)) => self.started = Some(start),
+            Some((CameraCommand::Stop, _)) | None => self.started = None,
         }
         // A gap before this command has left nothing to start again.
         self.restart_at = None;

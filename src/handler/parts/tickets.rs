@@ -246,6 +246,13 @@ impl Tickets {
             && self.list.iter().any(|ticket| ticket.owner == Owner::Thread && waits(ticket))
     }
 
+    /// Whether only this thread has the areas, or nobody has or wants them.
+    pub(crate) fn are_free_for(&self, thread: ThreadId) -> bool {
+        let is_wanted =
+            || self.list.iter().any(|ticket| matches!(ticket.stage, Stage::Wants { .. }));
+        self.holder().map_or_else(|| !is_wanted(), |hold| hold.thread.id() == thread)
+    }
+
     // The cycle hook.
 
     /// No hook is set from now on. Returns the ticket of the one before.

@@ -234,13 +234,13 @@ impl Shared {
         let mut state = self.state();
         state.transfer.check_running()?;
         let number = state.transfer.number();
-        state.camera.command = Some(command);
+        state.camera.ask(command, thread_id());
         if self.lock_step {
             self.attended.notify_one();
         }
         let goes_on =
             |state: &State| state.transfer.is_running() && state.transfer.number() == number;
-        while state.camera.command.is_some() && goes_on(&state) {
+        while state.camera.asked_by().is_some() && goes_on(&state) {
             self.changed.wait(&mut state);
         }
         if goes_on(&state) {

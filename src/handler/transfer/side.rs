@@ -165,7 +165,7 @@ impl Shared {
         let mut state = self.state();
         loop {
             let stop = state.transfer.stop();
-            if stop.is_none() && state.camera.command.is_some() {
+            if stop.is_none() && state.command_comes_first() {
                 return None;
             }
             if stop.is_some() || state.next_may_leave() {
