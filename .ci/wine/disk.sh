@@ -56,6 +56,27 @@ END
     "$2" -shared -Wl,--kill-at -o "$windows/$1/bcryptprimitives.dll" "$scratch/random.c" -ladvapi32
 }
 
+# Debian's libraries for programs of 32 bits, which Wine's program for 64 bits runs. Where their package can't be
+# installed, because other libraries are there in newer versions for 64 bits only, its files are enough.
+for_32=/usr/lib/i386-linux-gnu/wine/i386-windows
+get_32() {
+    export WINEDLLPATH=$PWD/target/wine32
+    for_32=$WINEDLLPATH/i386-windows
+    [ ! -e "$WINEDLLPATH/made" ] || return 0
+    rm -rf "$WINEDLLPATH"
+    mkdir -p "$WINEDLLPATH"
+    # Wine looks for the other half of a library, the one for Linux, beside its folder.
+    ln -s /usr/lib/x86_64-linux-gnu/wine/x86_64-unix "$WINEDLLPATH"
+    # shellcheck disable=SC2016
+    (cd "$scratch" && apt-get download "libwine:i386=$(dpkg-query --show --showformat '${Version}' libwine:amd64)") \
+        && dpkg-deb --fsys-tarfile "$scratch"/libwine_*.deb \
+        | tar x -C "$WINEDLLPATH" --strip-components 5 ./usr/lib/i386-linux-gnu/wine/i386-windows \
+        && touch "$WINEDLLPATH/made"
+}
+case " ${targets[*]} " in
+    *" i686-"*) [ -e "$for_32/kernel32.dll" ] || get_32 >/dev/null 2>&1 || true ;;
+esac
+
 # A disk that was not finished has no mark.
 if [ ! -e "$WINEPREFIX/made" ]; then
     rm -rf "$WINEPREFIX"
@@ -64,14 +85,13 @@ if [ ! -e "$WINEPREFIX/made" ]; then
         || missing "Wine can't make a disk in $WINEPREFIX: $(tail -1 "$scratch/boot")"
     wineserver -w
     random_library system32 x86_64-w64-mingw32-gcc
-    # The program for 64 bits leaves the folder for 32 bits empty, also when the files for it are there.
-    for_32=/usr/lib/i386-linux-gnu/wine/i386-windows
-    if [ ! -e "$windows/syswow64/kernel32.dll" ] && [ -e $for_32/kernel32.dll ]; then
-        mkdir -p "$windows/syswow64"
-        cp $for_32/*.{dll,exe} "$windows/syswow64"
-        # A part of Debian's package libz-mingw-w64.
-        cp -L /usr/i686-w64-mingw32/lib/zlib1.dll "$windows/syswow64" || true
-    fi
-    [ ! -e "$windows/syswow64/kernel32.dll" ] || random_library syswow64 i686-w64-mingw32-gcc
     touch "$WINEPREFIX/made"
 fi
+# The program for 64 bits leaves the folder for 32 bits empty, also when the files for it are there.
+if [ ! -e "$windows/syswow64/kernel32.dll" ] && [ -e "$for_32/kernel32.dll" ]; then
+    mkdir -p "$windows/syswow64"
+    # A part of Debian's package libz-mingw-w64.
+    cp -L /usr/i686-w64-mingw32/lib/zlib1.dll "$windows/syswow64" || true
+    cp "$for_32"/*.{dll,exe} "$windows/syswow64"
+fi
+[ ! -e "$windows/syswow64/kernel32.dll" ] || random_library syswow64 i686-w64-mingw32-gcc

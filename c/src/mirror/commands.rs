@@ -56,7 +56,9 @@ impl ContinuedId {
     /// The program's view of an id that came back, and whether it is the one that it is waiting for: not
     /// when it has given a newer one since.
     pub(super) fn receive(&mut self, echo: u16, newest: u16) -> (u16, bool) {
-        if self.before != Some(echo) {
+        // What is one further stops all motors at the end of the transfer; the program has not given it.
+        let is_stop = echo == self.wire(self.sent).wrapping_add(1);
+        if self.before != Some(echo) && !is_stop {
             self.before = None;
             self.received = echo.wrapping_sub(self.base).wrapping_add(self.first);
         }

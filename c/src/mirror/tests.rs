@@ -28,6 +28,18 @@ fn the_first_command_is_new_for_a_controller_that_has_not_done_the_last_one() {
     }
 }
 
+#[test]
+fn the_stop_at_the_end_of_a_transfer_is_no_command_of_the_program() {
+    let mut command = ContinuedId::default();
+    command.begin(7, 7);
+    assert_eq!(command.receive(8, 0), (0, false), "stopped before the first command");
+    command.begin(8, 8);
+    assert_eq!(command.send(5), Some(13));
+    assert_eq!(command.receive(14, 5), (0, false), "cut off");
+    assert_eq!(command.receive(13, 5), (5, true));
+    assert_eq!(command.receive(14, 5), (5, false), "stopped after it");
+}
+
 /// A motor whose command was cut off, sent as `stop - 1` unless the pause came before.
 fn cut_off(distance: u16, stop: u16, echo: u16, counter: i16) -> MotorCommand {
     let mut motor = MotorCommand::default();

@@ -163,6 +163,9 @@ static int start_again(FISH_X1_TRANSFER *area)
         usleep(1000);
     }
     uint32_t stopped = StopTxtDownloadProg();
+    if (area->ftX1in.motor_ex_cmd_id[0] != 7 || area->ftX1in.motor_ex_cmd_id[1] != 0) {
+        return 4;
+    }
     uint32_t started = StartTxtDownloadProg();
     bool is_as_new = is_new(area);
     int before = calls;
