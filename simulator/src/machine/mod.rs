@@ -50,6 +50,7 @@ pub struct Machine {
     pub alive: [bool; MAX_EXTENSIONS],
     exchanges: u64,
     connections: u64,
+    sessions: u64,
     absent: bool,
     /// Whether it does what ends the firmware's program, and what the firmware refuses.
     strict: bool,
@@ -102,6 +103,7 @@ impl Machine {
             alive,
             exchanges: 0,
             connections: 0,
+            sessions: 0,
             absent: false,
             strict: false,
             found: None,
@@ -228,6 +230,11 @@ impl Machine {
     /// How many main connections have been accepted since the start.
     pub fn connections(&self) -> u64 {
         self.connections
+    }
+
+    /// How many times online mode has begun since the start. A client may begin it again on one connection.
+    pub fn sessions(&self) -> u64 {
+        self.sessions
     }
 
     /// Whether the controller is away: new main connections are closed immediately, as after

@@ -153,6 +153,7 @@ impl Machine {
         self.found = self.strict.then(|| self.reached_mask());
         self.i2c.session.begin();
         self.online = true;
+        self.sessions += 1;
         self.clock.begin();
     }
 

@@ -30,11 +30,18 @@ pub(super) struct Changes {
     lines: Put<String>,
     begin: Instant,
     /// The values of each area that were printed last, for each connection; none before its first cycle.
-    seen: HashMap<u64, Vec<Vec<Value>>>,
+    seen: HashMap<u64, Vec<Vec<Printed>>>,
     /// How many were left out since the last line.
     lost: u64,
     /// Ends when all is printed.
     printed: Receiver<()>,
+}
+
+/// A value as it was printed last.
+struct Printed {
+    value: Value,
+    /// With its cycle. Otherwise the controller may never have had it.
+    is_answered: bool,
 }
 
 /// The outputs of a pair, and the command that is carried out.
@@ -146,25 +153,32 @@ impl Changes {
     fn areas(&mut self, seen: &Seen, areas: &[FishX1Transfer], cycle: Option<u64>) {
         let alive = areas.first().map_or([0; 8], |master| master.state.io_slave_alive);
         let mut last = self.seen.remove(&seen.connection).unwrap_or_default();
-        last.resize(last.len().max(areas.len()), Vec::new());
+        last.resize_with(last.len().max(areas.len()), Vec::new);
         for (index, (area, last)) in areas.iter().zip(&mut last).enumerate() {
             let is_there = index.checked_sub(1).is_none_or(|extension| alive[extension] != 0);
             let mut values = if is_there { values(index, area) } else { Vec::new() };
             if index > 0 {
                 values.insert(0, json!({"controller": name(index), "alive": is_there}));
             }
-            let is_new = |(place, value): &(usize, &Value)| last.get(*place) != Some(*value);
-            for (_, value) in values.iter().enumerate().filter(is_new) {
-                let mut value = value.clone();
-                match cycle {
-                    Some(number) => value["cycle"] = json!(number),
-                    None => value["answered"] = json!(false),
-                }
-                self.put(seen, value);
-            }
-            *last = values;
+            let mut before = std::mem::take(last).into_iter();
+            let print = |value| {
+                let known = before.next().filter(|known| known.says(&value, cycle.is_some()));
+                known.unwrap_or_else(|| self.print(seen, value, cycle))
+            };
+            *last = values.into_iter().map(print).collect();
         }
         self.seen.insert(seen.connection, last);
+    }
+
+    /// Prints a value with the number of its cycle, or says that it has none.
+    fn print(&mut self, seen: &Seen, value: Value, cycle: Option<u64>) -> Printed {
+        let mut line = value.clone();
+        match cycle {
+            Some(number) => line["cycle"] = json!(number),
+            None => line["answered"] = json!(false),
+        }
+        self.put(seen, line);
+        Printed { value, is_answered: cycle.is_some() }
     }
 
     /// Prints a line, if there is room for it.
@@ -181,6 +195,13 @@ impl Changes {
         let line = print::json_line(&Value::Object(line));
         let bytes = line.capacity();
         self.lost = if self.lines.put(line, bytes) { 0 } else { self.lost + 1 };
+    }
+}
+
+impl Printed {
+    /// Whether there is nothing new in this value. That it was answered is new once.
+    fn says(&self, value: &Value, is_answered: bool) -> bool {
+        self.value == *value && (self.is_answered || !is_answered)
     }
 }
 
@@ -246,7 +267,7 @@ fn write(lines: &Take<String>) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::seen::{I2cExchange, Line};
+    use crate::seen::{Cycle, I2cExchange, Line};
 
     #[test]
     fn lines_that_wait_take_no_more_bytes_than_there_is_room_for() {
@@ -266,5 +287,49 @@ mod tests {
             (&next["lost"], &next["connection_number"]),
             (&json!(20 - lines.len()), &json!(3))
         );
+    }
+
+    #[test]
+    fn a_value_that_had_no_answer_is_told_again_with_the_cycle_that_answers_it() {
+        let (put, take) = queue(ROOM);
+        let mut changes = Changes::new(put, bounded(0).1);
+        let areas = |duty| {
+            let mut area = FishX1Transfer::default();
+            area.output.duty[0] = duty;
+            vec![area]
+        };
+        let cycle = |number, duty| {
+            let (since_last, answer, config_updates) = (None, None, 0);
+            let areas = areas(duty);
+            Happened::Cycle(Box::new(Cycle { number, since_last, answer, config_updates, areas }))
+        };
+        let unanswered = |exchanges, duty| {
+            let (forgotten, areas) = (0, areas(duty));
+            Happened::Unanswered(Box::new(UnansweredExchanges { exchanges, forgotten, areas }))
+        };
+        let happened = [
+            cycle(1, 0),
+            unanswered(1, 512),
+            unanswered(2, 512),
+            cycle(2, 512),
+            cycle(3, 512),
+            unanswered(1, 512),
+            cycle(4, 512),
+            cycle(5, 0),
+        ];
+        for what in happened {
+            changes.take(&Seen { at: Instant::now(), line: Line::Main, connection: 1, what });
+        }
+        let lines = std::iter::from_fn(|| take.next());
+        let lines = lines.map(|line| serde_json::from_str::<Value>(&line).unwrap());
+        let lines = lines.filter(|line| line["motor"] == "M1");
+        let told = lines.map(|line| json!([line["cycle"], line["answered"], line["duty"][0]]));
+        let expected = [
+            json!([1, null, 0]),
+            json!([null, false, 512]),
+            json!([2, null, 512]),
+            json!([5, null, 0]),
+        ];
+        assert_eq!(told.collect::<Vec<_>>(), expected);
     }
 }

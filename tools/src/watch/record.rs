@@ -21,6 +21,14 @@ use crate::seen::{
 /// How a transfer has ended that its program did not end.
 const CLOSED: &str = "the connection was closed before the program went offline";
 
+/// How a transfer ends.
+#[derive(Clone, Copy)]
+enum End {
+    Offline(Farewell),
+    /// Its program goes online again on the same connection. There was no answer to a StopOnline before.
+    OnlineAgain,
+}
+
 /// Writes a recording.
 pub(super) struct Record {
     output: Output,
@@ -103,6 +111,16 @@ impl Beyond {
     }
 }
 
+impl End {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Offline(Farewell::Unanswered) => "the program ended: motors may go on",
+            Self::Offline(Farewell::Answered | Farewell::Missing) => "the program ended",
+            Self::OnlineAgain => "the program went online again while it was online",
+        }
+    }
+}
+
 impl Record {
     pub(super) fn start(output: Output, address: IpAddr) -> anyhow::Result<Self> {
         let (recorder, feed) = Recorder::fed(output.first(), Options::default())?;
@@ -135,7 +153,7 @@ impl Record {
             }
             // A controller has one client: the other one has lost it.
             Line::Main if matches!(seen.what, Happened::Online) => {
-                self.ended(seen.at, Farewell::Missing);
+                self.ended(seen.at, End::Offline(Farewell::Missing));
                 self.of_main(seen);
             }
             Line::Main | Line::I2c => {}
@@ -156,6 +174,9 @@ impl Record {
     fn of_main(&mut self, seen: &Seen) {
         match &seen.what {
             Happened::Online => {
+                if self.drives.is_some() && !self.begins {
+                    self.ended(seen.at, End::OnlineAgain);
+                }
                 self.begins = true;
                 self.drives = Some(seen.connection);
                 (self.unclear, self.halted, self.unanswered) = Default::default();
@@ -183,7 +204,7 @@ impl Record {
                     self.feed.transfer(seen.at, Transfer::EndedBy(failure));
                 }
             }
-            Happened::Offline(farewell) => self.ended(seen.at, *farewell),
+            Happened::Offline(farewell) => self.ended(seen.at, End::Offline(*farewell)),
             Happened::Command(_) => {
                 if let Some(Unanswered { until, .. }) = &mut self.unanswered {
                     until.get_or_insert(seen.at);
@@ -200,7 +221,7 @@ impl Record {
     }
 
     /// The transfer has ended.
-    fn ended(&mut self, at: Instant, farewell: Farewell) {
+    fn ended(&mut self, at: Instant, end: End) {
         self.drives = None;
         let beyond = std::mem::take(&mut self.beyond).text();
         let failed = |kind, error: String| {
@@ -211,21 +232,21 @@ impl Record {
         let what = match (self.unclear.take(), unanswered, self.halted.take()) {
             (Some(error), _, _) => failed(FailureKind::WrongData, error),
             (None, Some(missing), halted) => {
-                let then = halted.unwrap_or_else(|| match farewell {
-                    Farewell::Unanswered => "the program ended: motors may go on".to_owned(),
-                    Farewell::Answered | Farewell::Missing => "the program ended".to_owned(),
-                });
+                let then = halted.unwrap_or_else(|| end.name().to_owned());
                 failed(FailureKind::NoAnswer, format!("{missing}, then {then}"))
             }
-            (None, None, halted) => match farewell {
-                Farewell::Answered if beyond.is_none() => Transfer::Ended,
-                Farewell::Answered => failed(FailureKind::NoAnswer, "the program ended".to_owned()),
-                Farewell::Unanswered => {
+            (None, None, halted) => match end {
+                End::Offline(Farewell::Answered) if beyond.is_none() => Transfer::Ended,
+                End::Offline(Farewell::Answered) => {
+                    failed(FailureKind::NoAnswer, end.name().to_owned())
+                }
+                End::Offline(Farewell::Unanswered) => {
                     failed(FailureKind::NoAnswer, FAREWELL_UNANSWERED.to_owned())
                 }
-                Farewell::Missing => {
+                End::Offline(Farewell::Missing) => {
                     failed(FailureKind::Closed, halted.unwrap_or_else(|| CLOSED.to_owned()))
                 }
+                End::OnlineAgain => failed(FailureKind::Other, end.name().to_owned()),
             },
         };
         self.feed.transfer(at, what);

@@ -1,5 +1,6 @@
 //! `txt watch`: what passes through it, and what it reports.
 
+mod again;
 mod away;
 mod beside;
 mod bytes;

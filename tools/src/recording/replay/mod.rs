@@ -26,7 +26,8 @@ A simulated TXT whose answer number k has the inputs that were recorded in cycle
 the lost connections and the wrong answers of the recording. Run the program of the recording
 against it: it decides and ends in the same way. When the program leaves, txt says where its outputs
 first differed; how a client stops the motors before it leaves does not count as a difference. After
-the last cycle the inputs stay as they are. After the last connection the next one begins the
+the last cycle the inputs stay as they are. A program that connects or goes online again goes on
+with what the recorded one did then. After the last recorded connection the next one begins the
 recording again.
 
 Example: txt replay run.mcap      then run the program with the host 127.0.0.1";
@@ -134,7 +135,7 @@ fn serve(
 
 /// Says how a program did when it has left.
 fn show(run: &Run) -> anyhow::Result<()> {
-    let to_come = if run.at_end { "" } else { "; the recording has more connections" };
+    let to_come = if run.at_end { "" } else { "; the recording goes on" };
     match (&run.first_difference, &run.other_stop) {
         (None, None) => print::line(format_args!(
             "The program has left after {} recorded cycles. It did the same{to_come}.",

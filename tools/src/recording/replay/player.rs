@@ -17,7 +17,7 @@ const PACE: Duration = Duration::from_millis(10);
 /// How long a controller that did not come back stays away after the last attempt that was recorded.
 const AFTER_ALL_ATTEMPTS: Duration = Duration::from_secs(1);
 
-/// Plays a recording, connection after connection.
+/// Plays a recording, session after session.
 pub(super) struct Player {
     path: PathBuf,
     recording: Recording,
@@ -25,10 +25,10 @@ pub(super) struct Player {
     ahead: VecDeque<Entry>,
     /// Whether times are as recorded.
     paced: bool,
-    /// The number of the machine's connection that is served.
-    connection: u64,
+    /// The numbers of the machine's connection and session that are served.
+    session: (u64, u64),
     terminals: Vec<Terminals>,
-    /// The number of the next cycle; `None` when the rest of the connection is not recorded.
+    /// The number of the next cycle; `None` when the rest of the session is not recorded.
     next: Option<u64>,
     /// When the last response is sent, and when it was recorded.
     answered: Option<(Instant, Duration)>,
@@ -62,7 +62,7 @@ impl Player {
             recording,
             ahead: VecDeque::new(),
             paced,
-            connection: 0,
+            session: (0, 0),
             terminals: Vec::new(),
             next: None,
             answered: None,
@@ -82,7 +82,7 @@ impl Player {
 
     /// The program has left, perhaps before the end of the recorded connection.
     pub(super) fn leave(&mut self) {
-        if let Err(error) = self.skip_connection() {
+        if let Err(error) = self.skip_session() {
             self.fail(&error);
         }
     }
@@ -102,9 +102,10 @@ impl Player {
     }
 
     fn try_answer(&mut self, machine: &mut Machine) -> Result<(), Error> {
-        if machine.connections() != self.connection {
-            self.connection = machine.connections();
-            self.begin_connection()?;
+        let session = (machine.connections(), machine.sessions());
+        let before = std::mem::replace(&mut self.session, session);
+        if session != before {
+            self.begin_session(session.0 == before.0)?;
         }
         // It goes on, so it did not stop there.
         let at_stop = self.at_stop.take();
@@ -120,9 +121,14 @@ impl Player {
         Ok(())
     }
 
-    /// Goes on to the first cycle of the next connection; after the last one, to that of the first.
-    fn begin_connection(&mut self) -> Result<(), Error> {
-        self.skip_connection()?;
+    /// Goes on to the first cycle of the next session; after the last one, a new connection begins with the first.
+    fn begin_session(&mut self, is_online_again: bool) -> Result<(), Error> {
+        let next = self.next;
+        self.skip_session()?;
+        if self.run.at_end && is_online_again {
+            self.note_online_again(next);
+            return Ok(());
+        }
         if self.run.at_end {
             self.recording = Recording::open(&self.path)?;
             self.ahead.clear();
@@ -140,8 +146,19 @@ impl Player {
         Ok(())
     }
 
-    /// Leaves out what is left of the connection.
-    fn skip_connection(&mut self) -> Result<(), Error> {
+    /// The program goes online again after all that was recorded. A recording without an end says nothing of what came
+    /// then.
+    fn note_online_again(&mut self, next: Option<u64>) {
+        let Some(entry) = self.ahead.front() else { return };
+        if let Recorded::Transfer(Transfer::Ended | Transfer::EndedBy(_)) = entry.what {
+            let (at, what) =
+                (entry.at, "it goes online again, and the recorded one left".to_owned());
+            self.note(next.map(|cycle| Difference { cycle, at, what }));
+        }
+    }
+
+    /// Leaves out what is left of the session.
+    fn skip_session(&mut self) -> Result<(), Error> {
         let at_stop = self.at_stop.take();
         let Some(next) = self.next.take() else {
             self.note(at_stop);
@@ -183,7 +200,7 @@ impl Player {
     }
 
     fn look_for_end(&mut self) -> Result<(), Error> {
-        self.run.at_end = self.connection > 0 && !self.find_cycle(|_| {})?;
+        self.run.at_end = self.session.0 > 0 && !self.find_cycle(|_| {})?;
         Ok(())
     }
 
@@ -196,7 +213,7 @@ impl Player {
         let goes_on = self.answered.is_some();
         while let Some(entry) = self.peek()? {
             match &entry.what {
-                // The end of this connection is in a damaged part.
+                // The end of this session is in a damaged part.
                 Recorded::Cycle(cycle) if goes_on && begins_anew(cycle, number) => {
                     self.next = None;
                     return Ok(None);
@@ -216,15 +233,13 @@ impl Player {
                     self.ahead.pop_front();
                     return self.be_absent(machine).map(|()| None);
                 }
-                Recorded::Transfer(Transfer::EndedBy(failure)) => {
-                    disturb(failure, machine);
-                    return self.end_connection().map(|()| None);
-                }
-                Recorded::Transfer(Transfer::Ended) => {
+                Recorded::Transfer(end @ (Transfer::Ended | Transfer::EndedBy(_))) => {
+                    let breaks =
+                        matches!(end, Transfer::EndedBy(failure) if disturb(failure, machine));
                     let what = "it goes on, and the recorded one left".to_owned();
                     let difference = Difference { cycle: number, at: entry.at, what };
-                    self.note(Some(difference));
-                    return self.end_connection().map(|()| None);
+                    self.note((!breaks).then_some(difference));
+                    return self.end_session().map(|()| None);
                 }
                 Recorded::Picture(jpeg) => {
                     machine.set_camera_picture(Some(jpeg.clone()));
@@ -238,8 +253,8 @@ impl Player {
         Ok(None)
     }
 
-    /// The rest of this connection is not recorded.
-    fn end_connection(&mut self) -> Result<(), Error> {
+    /// The rest of this session is not recorded.
+    fn end_session(&mut self) -> Result<(), Error> {
         self.ahead.pop_front();
         self.next = None;
         self.run.at_end = !self.find_cycle(|_| {})?;
@@ -356,7 +371,7 @@ fn keep(ahead: &mut VecDeque<Entry>, entry: Entry) {
     ahead.push_back(entry);
 }
 
-/// Whether a cycle is of another connection than the one that should have this number next: numbers rise within one.
+/// Whether a cycle is of another session than the one that should have this number next: numbers rise within one.
 fn begins_anew(cycle: &Cycle, next: u64) -> bool {
     cycle.first || cycle.number < next
 }
@@ -373,15 +388,17 @@ fn cycle_of(entry: Entry) -> Option<(Duration, Cycle)> {
     }
 }
 
-/// Lets the connection break as it did.
-fn disturb(failure: &Failure, machine: &mut Machine) {
-    match failure.kind {
-        FailureKind::NoAnswer => machine.disturb(FaultKind::Silence),
-        FailureKind::WrongData => machine.disturb(FaultKind::WrongCrc),
-        FailureKind::Closed => machine.disturb(FaultKind::Close { after: 0 }),
+/// Lets the connection break as it did; returns whether it did.
+fn disturb(failure: &Failure, machine: &mut Machine) -> bool {
+    let fault = match failure.kind {
+        FailureKind::NoAnswer => FaultKind::Silence,
+        FailureKind::WrongData => FaultKind::WrongCrc,
+        FailureKind::Closed => FaultKind::Close { after: 0 },
         // The program itself, such as a panic of it.
-        _ => {}
-    }
+        _ => return false,
+    };
+    machine.disturb(fault);
+    true
 }
 
 #[cfg(test)]
