@@ -7,7 +7,7 @@ use ft_transfer_area::tx::{Input, Motor, Output};
 
 use super::floor::Plan;
 use super::i2c_device;
-use super::mistake::{at, each, expect, in_range, positive, Checked, Mistake};
+use super::mistake::{at, each, expect, finite, in_range, positive, Checked, Mistake};
 use super::remote;
 use super::slide::{SEEN_BY, SWITCHES};
 use super::{Barrier, Board, Grip, Gripper, I2cDevice, Piece, Place, Plug, Remote, Sensor, World};
@@ -178,7 +178,7 @@ impl World {
             let reason = || String::from("expected a workpiece in a container");
             at("content", expect(fits, reason))?;
         }
-        let Some(motor) = place.on else { return in_range("at", place.at, f64::MIN..=f64::MAX) };
+        let Some(motor) = place.on else { return finite("at", place.at) };
         let model = self.motor(motor);
         let slide = model.and_then(|model| model.slide.as_ref());
         let belt = model.and_then(|model| model.belt.as_ref());
@@ -226,7 +226,7 @@ impl World {
             let given = position.at.len();
             let reason = || format!("expected a number for each of the {count} axes, not {given}");
             at("at", expect(given == count, reason))?;
-            position.at.iter().try_for_each(|number| in_range("at", *number, f64::MIN..=f64::MAX))
+            position.at.iter().try_for_each(|number| finite("at", *number))
         })
     }
 

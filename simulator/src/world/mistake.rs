@@ -69,5 +69,10 @@ pub(super) fn not_negative(name: &str, value: f64) -> Checked {
 
 pub(super) fn positive(name: &str, value: f64, most: f64) -> Checked {
     let right = value > 0.0 && value <= most;
-    at(name, expect(right, || format!("expected more than 0 and at most {most}, not {value}")))
+    let limit = if most == f64::MAX { String::new() } else { format!(" and at most {most}") };
+    at(name, expect(right, || format!("expected more than 0{limit}, not {value}")))
+}
+
+pub(super) fn finite(name: &str, value: f64) -> Checked {
+    at(name, expect(value.is_finite(), || format!("expected a number, not {value}")))
 }

@@ -16,6 +16,7 @@ mod damage;
 mod error;
 mod feed;
 mod format;
+mod output;
 mod part;
 mod reader;
 mod recorder;

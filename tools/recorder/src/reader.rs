@@ -52,8 +52,8 @@ pub struct Recording {
     areas: Vec<FishX1Transfer>,
     has_cut_off: bool,
     damage: Option<Damage>,
-    /// Whether what is damaged was looked for in the list of channels at the end of the file.
-    has_looked_at_end: bool,
+    /// Whether the channels that are missing were looked for in the rest of the file.
+    has_looked_ahead: bool,
     /// Of the last entry.
     last: Duration,
     at_end: bool,
@@ -141,7 +141,7 @@ impl Recording {
             areas: vec![FishX1Transfer::default(); MAX_AREAS],
             has_cut_off: false,
             damage: None,
-            has_looked_at_end: false,
+            has_looked_ahead: false,
             last: Duration::ZERO,
             at_end: false,
         };
@@ -248,12 +248,11 @@ impl Recording {
         }
     }
 
-    /// The channel with this id. When the part of the file is damaged that says what it is, the list at its end does.
+    /// The channel with this id. When the part of the file is damaged that says what it is, what follows does.
     fn channel(&mut self, id: u16) -> Result<Channel, String> {
-        if self.damage.is_some() && !self.has_looked_at_end && !self.channels.contains_key(&id) {
-            self.has_looked_at_end = true;
-            let listed =
-                File::open(&self.path).and_then(|file| Records::of(file).channels_at_end());
+        if self.damage.is_some() && !self.has_looked_ahead && !self.channels.contains_key(&id) {
+            self.has_looked_ahead = true;
+            let listed = File::open(&self.path).and_then(|file| Records::of(file).channels());
             for record in listed.unwrap_or_default() {
                 if let Some((id, topic)) = records::channel(&record) {
                     let meaning = self.meaning(topic);

@@ -85,14 +85,12 @@ impl<R: Read> Records<R> {
         (chunk.data.len() - chunk.last) as u64
     }
 
-    /// The channels that are listed behind the data.
-    pub(crate) fn channels_at_end(mut self) -> io::Result<Vec<Vec<u8>>> {
+    /// The channels wherever they can be read: behind the data, or in the data of a file without an index.
+    pub(crate) fn channels(mut self) -> io::Result<Vec<Vec<u8>>> {
         let mut channels = Vec::new();
         loop {
-            match self.next_of_file()? {
-                Found::Record(op::CHANNEL, data) if self.place == Place::Summary => {
-                    channels.push(data);
-                }
+            match self.next()? {
+                Found::Record(op::CHANNEL, data) => channels.push(data),
                 Found::Record(..) | Found::Damaged { .. } => {}
                 Found::End { .. } => return Ok(channels),
             }

@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::io::BufWriter;
 use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
@@ -13,28 +12,35 @@ use ft_transfer_area::{
 };
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
-use mcap::{Compression, McapError, McapResult, WriteOptions};
+use mcap::{McapError, McapResult};
 use serde::Serialize;
 use serde_json::Value;
 
 use crate::format::{
     controller, schema_of, topic, CycleMessage, Failure, ImageMessage, LogMessage, RecordedEvent,
     StatisticsMessage, Timestamp, Transfer, CAMERA, CYCLE, ERROR, EVENTS, FORMAT, HEAD,
-    HEAD_FORMAT, HEAD_STARTED, INFO, LOG, PROFILE, STATISTICS, TRANSFER, WARNING,
+    HEAD_FORMAT, HEAD_STARTED, INFO, LOG, STATISTICS, TRANSFER, WARNING,
 };
+use crate::output::{options, without_index, Output};
 use crate::part::{parts, Part};
 
-type Mcap = mcap::Writer<NoSeek<BufWriter<File>>>;
+type Mcap = mcap::Writer<NoSeek<Output>>;
 
 /// A file that is being written.
 pub(crate) struct Writer {
     mcap: Mcap,
+    output: Output,
+    /// The bytes that the index of the file may take in memory, and about how many it takes.
+    index_limit: usize,
+    index: usize,
     clock: WallClock,
     parts: Vec<Part>,
     /// By area, and by part in its order; empty for an extension that has not taken part.
     channels: [Vec<PartChannel>; MAX_AREAS],
     /// By topic.
     others: HashMap<&'static str, u16>,
+    /// All of them in the order of their ids.
+    described: Vec<Description>,
     sequence: u32,
     /// Kept, so that a cycle needs no new memory.
     numbers: Vec<i32>,
@@ -49,6 +55,27 @@ pub(crate) struct Writer {
 
 /// A chunk is not longer than this and one entry, however much comes in half a second.
 const CHUNK: usize = 768 << 10;
+
+/// When the index of a file takes more memory than this, the file gets none.
+const INDEX: usize = 32 << 20;
+/// About how much an entry of the index takes, and for each channel in its chunk (measured with 9 and 57 channels).
+const INDEX_ENTRY: usize = 160;
+const INDEX_CHANNEL: usize = 32;
+
+/// What a file says of a channel.
+struct Description {
+    topic: String,
+    schema_name: String,
+    schema: String,
+}
+
+impl Description {
+    fn add_to(&self, mcap: &mut Mcap) -> McapResult<u16> {
+        let Self { topic, schema_name, schema } = self;
+        let schema = mcap.add_schema(schema_name, "jsonschema", schema.as_bytes())?;
+        mcap.add_channel(schema, topic, "json", &BTreeMap::new())
+    }
+}
 
 /// The channel of a part of an area.
 struct PartChannel {
@@ -94,16 +121,8 @@ impl Writer {
     /// Creates the file with its head, in place of an earlier one.
     pub(crate) fn create(path: &Path) -> McapResult<Self> {
         let clock = WallClock::now();
-        let library = concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION"));
-        // Without seeking, so that each chunk gets into the file as a whole or not at all.
-        let options = WriteOptions::new()
-            .profile(PROFILE)
-            .library(library)
-            .compression(Some(Compression::Lz4))
-            // A new one begins only between two cycles.
-            .chunk_size(None)
-            .disable_seeking(true);
-        let mut mcap = options.create(NoSeek::new(BufWriter::new(File::create(path)?)))?;
+        let output = Output::new(File::create(path)?);
+        let mut mcap = options().create(NoSeek::new(output.clone()))?;
         let head = [
             (HEAD_FORMAT.to_owned(), FORMAT.to_string()),
             (HEAD_STARTED.to_owned(), clock.began_ns.to_string()),
@@ -111,10 +130,14 @@ impl Writer {
         mcap.write_metadata(&Metadata { name: HEAD.to_owned(), metadata: head.into() })?;
         let mut writer = Self {
             mcap,
+            output,
+            index_limit: INDEX,
+            index: 0,
             clock,
             parts: parts(),
             channels: Default::default(),
             others: HashMap::new(),
+            described: Vec::new(),
             sequence: 0,
             numbers: Vec::new(),
             message: Vec::new(),
@@ -131,9 +154,11 @@ impl Writer {
     }
 
     fn add_channel(&mut self, topic: &str, schema: (&str, Value)) -> McapResult<u16> {
-        let (name, schema) = schema;
-        let schema = self.mcap.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
-        self.mcap.add_channel(schema, topic, "json", &BTreeMap::new())
+        let (name, schema) = (schema.0.to_owned(), schema.1.to_string());
+        let described = Description { topic: topic.to_owned(), schema_name: name, schema };
+        let id = described.add_to(&mut self.mcap)?;
+        self.described.push(described);
+        Ok(id)
     }
 
     fn add_topic(&mut self, topic: &'static str) -> McapResult<u16> {
@@ -371,16 +396,30 @@ impl Writer {
         if std::mem::take(&mut self.has_news) {
             (self.in_chunk, self.begins_chunk) = (0, true);
             self.mcap.flush()?;
+            self.index += INDEX_ENTRY + INDEX_CHANNEL * self.described.len();
+            if self.index > self.index_limit {
+                self.forget_index()?;
+            }
         }
         Ok(())
+    }
+
+    /// Goes on in the same file without an index of what was written: a part of one would hide the rest from those who
+    /// read with it. The crate gives back its memory only with its writer.
+    fn forget_index(&mut self) -> McapResult<()> {
+        let next = self.output.muted(|output| without_index().create(NoSeek::new(output)))?;
+        // Without `into_inner`, it would end the file.
+        drop(std::mem::replace(&mut self.mcap, next).into_inner());
+        self.index = 0;
+        // In the same order, they get the same ids.
+        self.described.iter().try_for_each(|channel| channel.add_to(&mut self.mcap).map(drop))
     }
 
     /// Writes the index at the end of the file.
     pub(crate) fn finish(mut self) -> McapResult<()> {
         self.mcap.finish()?;
         // The index, too.
-        let mut file = self.mcap.into_inner().into_inner();
-        std::io::Write::flush(&mut file)?;
+        std::io::Write::flush(&mut self.output)?;
         Ok(())
     }
 }
@@ -391,4 +430,87 @@ pub(crate) struct Losses {
     pub(crate) entries: u64,
     pub(crate) events: u64,
     pub(crate) frames: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use mcap::{MessageStream, Summary};
+
+    use super::*;
+    use crate::{Recorded, Recording};
+
+    const CHUNKS: u64 = 3000;
+    const LIMIT: usize = 64 << 10;
+
+    /// Records cycles into a chunk each; returns the most memory that it took beyond what the first ones take.
+    fn record(path: &Path, index_limit: usize) -> u64 {
+        let mut writer = Writer::create(path).unwrap();
+        writer.index_limit = index_limit;
+        let mut record = |numbers: std::ops::Range<u64>| {
+            for number in numbers {
+                let cycle = LoggedCycle::new(number, &[FishX1Transfer::default()]);
+                writer.cycle(&cycle, 0).unwrap();
+                writer.flush().unwrap();
+            }
+        };
+        record(1..10);
+        let taken = allocation_counter::measure(|| record(10..CHUNKS));
+        writer.finish().unwrap();
+        taken.bytes_max
+    }
+
+    fn has_all_cycles(path: &Path) -> bool {
+        let mut recording = Recording::open(path).unwrap();
+        let numbers = recording.by_ref().filter_map(|entry| match entry.unwrap().what {
+            Recorded::Cycle(cycle) => Some(cycle.number),
+            _ => None,
+        });
+        numbers.eq(1..CHUNKS) && !recording.is_cut_off()
+    }
+
+    #[test]
+    fn however_long_a_recording_is_it_takes_no_more_memory() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("long.mcap");
+        let taken = record(&path, LIMIT);
+        assert!(taken < 6 * LIMIT as u64, "{taken} bytes");
+        assert!(has_all_cycles(&path));
+
+        // As others read it.
+        let file = fs::read(&path).unwrap();
+        assert!(Summary::read(&file).unwrap().is_none());
+        let topics: Vec<_> = MessageStream::new(&file)
+            .unwrap()
+            .map(|one| one.unwrap().channel.topic.clone())
+            .collect();
+        for topic in [CYCLE, "/TXT/inputs", "/TXT/configuration"] {
+            let count = topics.iter().filter(|one| *one == topic).count();
+            assert_eq!(count as u64, CHUNKS - 1, "{topic}");
+        }
+    }
+
+    #[test]
+    fn a_recording_of_hours_has_an_index() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        record(&path, INDEX);
+        let summary = Summary::read(&fs::read(&path).unwrap()).unwrap().unwrap();
+        let topics: Vec<_> = summary.channels.values().map(|one| &*one.topic).collect();
+        assert!(topics.contains(&"/TXT/inputs"), "{topics:?}");
+        assert_eq!(summary.chunk_indexes.len() as u64, CHUNKS);
+    }
+
+    #[test]
+    fn of_a_long_recording_whose_first_part_is_damaged_all_others_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("long.mcap");
+        record(&path, LIMIT);
+        let mut file = fs::read(&path).unwrap();
+        // In the first chunk, of 2 kB, which has names of channels.
+        file[400] ^= 0x55;
+        fs::write(&path, file).unwrap();
+        assert!(has_all_cycles(&path), "the first chunk has none");
+    }
 }

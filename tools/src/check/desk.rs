@@ -12,8 +12,7 @@ use super::examine;
 use super::lesson::{Lesson, LESSONS};
 use super::report::{Phase, Report};
 use super::txt::Txt;
-use super::words::Wrong;
-use crate::panel::course::{Course, Progress};
+use crate::panel::course::{Both, Course, Progress};
 use crate::panel::pages::Simulated;
 
 /// How often to look whether the program before has ended.
@@ -37,8 +36,8 @@ struct State {
     passed: BTreeSet<u8>,
     /// Verdicts since the last lesson was passed.
     failed: u32,
-    /// What was wrong last, and when.
-    wrong: Option<(Wrong, Instant)>,
+    /// What was wrong last, and when; `None` if that was before the start.
+    wrong: Option<(Both, Option<Instant>)>,
 }
 
 impl Desk {
@@ -77,7 +76,7 @@ impl Desk {
             }
             Ok(Some(wrong)) => {
                 state.failed += 1;
-                state.wrong = Some((wrong, Instant::now()));
+                state.wrong = Some((wrong.both(), Some(Instant::now())));
             }
             Err(error) => log::error!("lesson {} can't be checked: {error:#}", lesson.number),
         }
@@ -116,12 +115,24 @@ impl Shared {
         Ok(Simulated::of_course(Arc::clone(&txt.txts), world, label, self.course()))
     }
 
-    /// Goes on where the pupil was: at this lesson, with these ones passed.
-    pub(crate) fn go_on(&self, lesson: u8, passed: impl IntoIterator<Item = u8>) {
+    /// Goes on where the pupil was: at this lesson, with these ones passed, and so many verdicts since then, of which
+    /// the last one said this.
+    pub(crate) fn go_on(
+        &self,
+        lesson: u8,
+        passed: impl IntoIterator<Item = u8>,
+        failed: u32,
+        wrong: &str,
+    ) {
         if lesson != self.0.lock().lesson.number && self.go_to(lesson).is_err() {
             log::warn!("there is no lesson {lesson}, so the first one begins");
         }
-        self.0.lock().passed.extend(passed);
+        let mut state = self.0.lock();
+        state.passed.extend(passed);
+        state.failed = failed;
+        // It was kept in one language.
+        let both = Both { en: wrong.to_owned(), de: wrong.to_owned() };
+        state.wrong = Some((both, None)).filter(|_| !wrong.is_empty());
     }
 }
 
@@ -147,8 +158,8 @@ impl Course for Shared {
             phase: desk.report.phase().name(),
             passed: state.passed.iter().copied().collect(),
             failed: state.failed,
-            wrong: wrong.map(|(wrong, _)| wrong.both()),
-            wrong_ago: wrong.map(|(_, at)| at.elapsed().as_secs()),
+            wrong: wrong.map(|(wrong, _)| wrong.clone()),
+            wrong_ago: wrong.and_then(|(_, at)| Some((*at)?.elapsed().as_secs())),
         })
     }
 

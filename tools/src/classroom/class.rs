@@ -203,7 +203,8 @@ fn token(text: Option<&str>) -> anyhow::Result<Token> {
     })
 }
 
-fn read(path: &Path) -> io::Result<String> {
+/// Reads the file, if it is no longer than one of a class.
+pub(super) fn read(path: &Path) -> io::Result<String> {
     if fs::metadata(path)?.len() > LONGEST {
         return Err(io::Error::new(ErrorKind::FileTooLarge, "the file is too long for a class"));
     }

@@ -1,16 +1,14 @@
 //! How far the pupils of a class are, in a file beside the class: for a spreadsheet, and for the next start.
 
-use std::collections::HashMap;
-use std::fs;
 use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use anyhow::Context;
+use anyhow::{anyhow, Context};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use serde::{Deserialize, Serialize};
 
-use super::class::write;
+use super::class::{read, write};
 use crate::check::{Desk, Language};
 use crate::lines;
 use crate::panel::course::Progress;
@@ -18,14 +16,21 @@ use crate::panel::course::Progress;
 /// How often to look whether something has changed.
 const LOOK: Duration = Duration::from_secs(2);
 
+/// What a spreadsheet may begin a file with, to tell that it is in UTF-8.
+const MARK: &str = "\u{feff}";
+/// What may be between two columns: spreadsheets choose by language.
+const BETWEEN: &[u8] = b",;\t";
+
 /// The file, and what was written last.
 pub(super) struct Kept {
     path: PathBuf,
     written: String,
+    /// All that was read, also of pupils who have no lesson now.
+    rows: Vec<Row>,
 }
 
 /// One line of the file.
-#[derive(Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 struct Row {
     name: String,
     lesson: u8,
@@ -35,21 +40,40 @@ struct Row {
     last_wrong: String,
 }
 
+impl Row {
+    fn of(name: &str, progress: Progress, language: Language) -> Self {
+        let wrong = progress.wrong.map(|wrong| match language {
+            Language::En => wrong.en,
+            Language::De => wrong.de,
+        });
+        let passed: Vec<_> = progress.passed.iter().map(u8::to_string).collect();
+        Self {
+            name: name.to_owned(),
+            lesson: progress.lesson,
+            passed: passed.join(" "),
+            wrong_since: progress.failed,
+            last_wrong: wrong.unwrap_or_default(),
+        }
+    }
+}
+
 impl Kept {
     /// Goes on where the pupils were, if there is such a file.
     pub(super) fn go_on(path: PathBuf, desks: &[(&str, Desk)]) -> anyhow::Result<Self> {
-        let written = match fs::read_to_string(&path) {
-            Err(error) if error.kind() == ErrorKind::NotFound => String::new(),
-            read => read.with_context(|| path.display().to_string())?,
+        let written = match read(&path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(String::new()),
+            Err(error) if error.kind() == ErrorKind::InvalidData => Err(not_read(error)),
+            read => read.map_err(anyhow::Error::from),
         };
-        let rows = rows(&written).with_context(|| path.display().to_string())?;
+        let written = written.with_context(|| path.display().to_string())?;
+        let rows = rows(&written).map_err(not_read).with_context(|| path.display().to_string())?;
         for (name, desk) in desks {
-            if let Some(row) = rows.get(*name) {
+            if let Some(row) = rows.iter().find(|row| row.name == *name) {
                 let passed = row.passed.split_whitespace().filter_map(|number| number.parse().ok());
-                desk.go_on(row.lesson, passed);
+                desk.go_on(row.lesson, passed, row.wrong_since, &row.last_wrong);
             }
         }
-        Ok(Self { path, written })
+        Ok(Self { path, written, rows })
     }
 
     /// Writes what has changed, until the program should end.
@@ -75,8 +99,15 @@ impl Kept {
 
     fn write(&mut self, desks: &[(&str, Desk)]) -> anyhow::Result<()> {
         let language = Language::of_system();
-        let progress = desks.iter().filter_map(|(name, desk)| Some((*name, desk.progress()?)));
-        let text = text(progress, language)?;
+        for (name, desk) in desks {
+            let Some(progress) = desk.progress() else { continue };
+            let row = Row::of(name, progress, language);
+            match self.rows.iter_mut().find(|old| old.name == row.name) {
+                Some(old) => *old = row,
+                None => self.rows.push(row),
+            }
+        }
+        let text = text(&self.rows, &self.written)?;
         if text != self.written {
             write(&self.path, &text)?;
             self.written = text;
@@ -85,55 +116,118 @@ impl Kept {
     }
 }
 
-fn text<'a>(
-    progress: impl Iterator<Item = (&'a str, Progress)>,
-    language: Language,
-) -> anyhow::Result<String> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for (name, progress) in progress {
-        let wrong = progress.wrong.map(|wrong| match language {
-            Language::En => wrong.en,
-            Language::De => wrong.de,
-        });
-        let passed: Vec<_> = progress.passed.iter().map(u8::to_string).collect();
-        writer.serialize(Row {
-            name: name.to_owned(),
-            lesson: progress.lesson,
-            passed: passed.join(" "),
-            wrong_since: progress.failed,
-            last_wrong: wrong.unwrap_or_default(),
-        })?;
+fn not_read(cause: impl std::fmt::Display) -> anyhow::Error {
+    anyhow!(
+        "this can't be read ({cause}): save it as CSV in UTF-8, with the columns name, lesson, passed, wrong_since and \
+         last_wrong"
+    )
+}
+
+/// The file with these rows, in the form that it had before.
+fn text(rows: &[Row], before: &str) -> anyhow::Result<String> {
+    let mut bytes = Vec::new();
+    if before.starts_with(MARK) {
+        bytes.extend_from_slice(MARK.as_bytes());
     }
+    let mut writer = csv::WriterBuilder::new().delimiter(between(before)).from_writer(bytes);
+    rows.iter().try_for_each(|row| writer.serialize(row))?;
     Ok(String::from_utf8(writer.into_inner()?)?)
 }
 
-/// The lines by name.
-fn rows(text: &str) -> anyhow::Result<HashMap<String, Row>> {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let rows = reader.deserialize().map(|row| row.map(|row: Row| (row.name.clone(), row)));
-    Ok(rows.collect::<Result<_, _>>()?)
+fn rows(text: &str) -> csv::Result<Vec<Row>> {
+    let mut reader =
+        csv::ReaderBuilder::new().delimiter(between(text)).from_reader(text.as_bytes());
+    reader.deserialize().collect()
+}
+
+/// What is between two columns.
+fn between(text: &str) -> u8 {
+    let head = text.lines().next().unwrap_or_default();
+    head.bytes().find(|byte| BETWEEN.contains(byte)).unwrap_or(b',')
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::path::Path;
+
+    use ft_transfer_area_simulator::SimulatedTxt;
+    use tempfile::TempDir;
+
     use super::*;
-    use crate::panel::course::Both;
+    use crate::check;
+
+    const TWO: &str = "\
+name,lesson,passed,wrong_since,last_wrong
+\"Zoë, 7b\",2,1,2,\"It is \"\"dark\"\", still.\"
+Ben,4,1 2 3,0,
+";
+
+    fn file(text: impl AsRef<[u8]>) -> (TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("7b.csv");
+        fs::write(&path, text).unwrap();
+        (folder, path)
+    }
+
+    fn desks<const N: usize>(names: [&str; N]) -> [(&str, Desk); N] {
+        names
+            .map(|name| (name, check::desk("1", SimulatedTxt::builder(), name.to_owned()).unwrap()))
+    }
+
+    /// Goes on with these pupils, and writes how far they are.
+    fn written(path: &Path, desks: &[(&str, Desk)]) -> String {
+        let mut kept = Kept::go_on(path.to_owned(), desks).unwrap();
+        kept.write(desks).unwrap();
+        fs::read_to_string(path).unwrap()
+    }
 
     #[test]
-    fn what_is_written_is_read_again() {
-        let wrong = Both { en: "It is dark.".into(), de: "Es ist \"dunkel\", immer noch.".into() };
-        let progress = Progress {
-            lesson: 4,
-            phase: "wrong",
-            passed: vec![1, 2, 3],
-            failed: 2,
-            wrong: Some(wrong),
-            wrong_ago: Some(7),
-        };
-        let text = text([("Zoë, 7b", progress)].into_iter(), Language::De).unwrap();
-        let rows = rows(&text).unwrap();
-        let row = &rows["Zoë, 7b"];
-        assert_eq!((row.lesson, &*row.passed, row.wrong_since), (4, "1 2 3", 2));
-        assert_eq!(row.last_wrong, "Es ist \"dunkel\", immer noch.");
+    fn the_next_start_goes_on_where_the_pupils_were() {
+        let (_folder, path) = file(TWO);
+        let desks = desks(["Zoë, 7b", "Ben"]);
+        assert_eq!(written(&path, &desks), TWO);
+        let [zoe, ben] = desks.map(|(_, desk)| desk.progress().unwrap());
+        assert_eq!((zoe.lesson, zoe.passed, zoe.failed), (2, vec![1], 2));
+        assert_eq!(zoe.wrong.unwrap().de, "It is \"dark\", still.");
+        assert_eq!((ben.lesson, ben.passed, ben.failed), (4, vec![1, 2, 3], 0));
+        assert_eq!(ben.wrong, None);
+    }
+
+    #[test]
+    fn who_has_no_lesson_for_one_start_keeps_the_line() {
+        let (_folder, path) = file(TWO);
+        let first = desks(["New", "Zoë, 7b"]);
+        assert_eq!(written(&path, &first), format!("{TWO}New,1,,0,\n"));
+        let next = desks(["Ben"]);
+        written(&path, &next);
+        assert_eq!(next[0].1.progress().unwrap().lesson, 4);
+    }
+
+    #[test]
+    fn a_table_that_a_spreadsheet_has_saved_is_read_and_stays_one() {
+        let saved = format!("\u{feff}{}", TWO.replace(',', ";").replace('\n', "\r\n"));
+        for (text, between) in [(saved.clone(), ";"), (saved.replace(';', "\t"), "\t")] {
+            let text = text.replace(&format!("Zoë{between} 7b"), "Zoë");
+            let (_folder, path) = file(text);
+            let desks = desks(["Zoë", "Ben"]);
+            let now = written(&path, &desks);
+            let line = ["Ben", "4", "1 2 3", "0", ""].join(between);
+            assert!(now.starts_with('\u{feff}') && now.contains(&line), "{now}");
+            assert_eq!(desks[1].1.progress().unwrap().lesson, 4);
+        }
+    }
+
+    #[test]
+    fn what_can_t_be_read_gets_a_sentence_and_stays() {
+        let no_utf8: &[u8] = b"name,lesson,passed,wrong_since,last_wrong\nZo\xEB,2,1,0,\n";
+        let no_number = b"name,lesson,passed,wrong_since,last_wrong\nBen,two,1,0,\n";
+        for text in [no_utf8, no_number, b"name,passed\nBen,1\n"] {
+            let (_folder, path) = file(text);
+            let refused = Kept::go_on(path.clone(), &desks(["Ben"])).err().unwrap();
+            let said = format!("{refused:#}");
+            assert!(said.contains("7b.csv") && said.contains("as CSV in UTF-8"), "{said}");
+            assert_eq!(fs::read(&path).unwrap(), text);
+        }
     }
 }

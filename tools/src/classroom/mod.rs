@@ -97,13 +97,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
         desks.extend(desk.map(|desk| (name.as_str(), desk)));
         txts.push((simulated, token.clone()));
     }
-    let kept = args.class.as_ref().map(|path| Kept::go_on(path.with_extension("csv"), &desks));
+    let class_file = args.class.as_ref().filter(|_| !desks.is_empty());
+    let kept = class_file.map(|path| Kept::go_on(path.with_extension("csv"), &desks));
     let kept = kept.transpose()?;
     let all = pages.link(&class.token);
     pages.serve(&class.token, txts)?;
     tell(args, &all, &parts)?;
     // Clients and pages are served while this waits.
-    match kept.filter(|_| !desks.is_empty()) {
+    match kept {
         Some(kept) => kept.write_until(&interrupted, &desks),
         None => Ok(interrupted.recv()?),
     }

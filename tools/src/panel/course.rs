@@ -30,7 +30,7 @@ pub(crate) struct Progress {
     pub(crate) failed: u32,
     /// What was wrong last, in each language.
     pub(crate) wrong: Option<Both>,
-    /// How many seconds ago that was.
+    /// How many seconds ago that was; `None` when it was before the start.
     pub(crate) wrong_ago: Option<u64>,
 }
 

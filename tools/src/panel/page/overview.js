@@ -73,6 +73,7 @@ function outputName(motor, first, second) {
 
 /** A time ago in words. */
 function ago(seconds) {
+  if (seconds === null) return t("agoEarlier");
   return seconds < 60 ? t("agoNow") : t("agoMinutes", { count: Math.floor(seconds / 60) });
 }
 

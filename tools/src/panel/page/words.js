@@ -58,7 +58,7 @@ const ENGLISH = {
   device: "Device", register: "Register", count: "Bytes", values: "Values", read: "Read", write: "Write", written: "Written.",
   hexHint: "0x18 or 24; values with commas", badNumber: "“{text}” is not a number from {least} to {most}.", noNumber: "Type a number from {least} to {most}.",
   overview: "All controllers", somebody: "Page {page} drives", nobody: "Nobody drives",
-  inLesson: "Lesson {number}", passed: "passed: {list}", nonePassed: "none passed yet", stuck: "stuck: wrong {count} times", lastWrong: "last wrong {ago}", agoNow: "just now", agoMinutes: "{count} min ago",
+  inLesson: "Lesson {number}", passed: "passed: {list}", nonePassed: "none passed yet", stuck: "stuck: wrong {count} times", lastWrong: "last wrong {ago}", agoEarlier: "before the last start", agoNow: "just now", agoMinutes: "{count} min ago",
   unknownText: "This address is not known here: the program was started anew, and has other addresses. Ask for the new one, or open the one that the program prints.",
 };
 
@@ -118,7 +118,7 @@ const GERMAN = {
   device: "Gerät", register: "Register", count: "Bytes", values: "Werte", read: "Lesen", write: "Schreiben", written: "Geschrieben.",
   hexHint: "0x18 oder 24; Werte mit Komma", badNumber: "„{text}“ ist keine Zahl von {least} bis {most}.", noNumber: "Gib eine Zahl von {least} bis {most} ein.",
   overview: "Alle Controller", somebody: "Seite {page} steuert", nobody: "Niemand steuert",
-  inLesson: "Lektion {number}", passed: "bestanden: {list}", nonePassed: "noch keine bestanden", stuck: "kommt nicht weiter: {count} mal falsch", lastWrong: "zuletzt falsch {ago}", agoNow: "gerade eben", agoMinutes: "vor {count} min",
+  inLesson: "Lektion {number}", passed: "bestanden: {list}", nonePassed: "noch keine bestanden", stuck: "kommt nicht weiter: {count} mal falsch", lastWrong: "zuletzt falsch {ago}", agoEarlier: "vor dem letzten Start", agoNow: "gerade eben", agoMinutes: "vor {count} min",
   unknownText: "Diese Adresse ist hier unbekannt: Das Programm wurde neu gestartet und hat andere Adressen. Frag nach der neuen, oder öffne die, die das Programm ausgibt.",
 };
 
