@@ -11,8 +11,10 @@ use crate::process;
 /// [`caught`].
 pub(crate) fn guarded<R>(otherwise: R, call: impl FnOnce() -> R) -> R {
     let _inside = inside::enter();
-    inside::prepare_to_wait();
-    caught(otherwise, call)
+    caught(otherwise, || {
+        inside::prepare_to_wait();
+        call()
+    })
 }
 
 /// Runs a call from C. A panic does not cross into C: it is logged, and the program gets `otherwise`. So does a

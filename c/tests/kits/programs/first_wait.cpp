@@ -1,10 +1,12 @@
 // A program whose signal handler ends the transfer, on a thread that has called the library and never waited in it. A
 // callback runs, for which the handler has to wait. The program says whether the library then takes memory from the C
-// library, which hangs when the handler has interrupted `malloc`.
+// library, which hangs when the handler has interrupted `malloc`. Before that, a child of this thread calls the library:
+// it must not wait for anything that threads of its parent had at that time.
 #include <dlfcn.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "windows.h"
@@ -33,10 +35,15 @@ static void __stdcall on_reached(DWORD, DWORD)
     usleep(300000);
 }
 
-static void on_end(int)
+static void begin_to_handle()
 {
     handles = pthread_self();
     is_handling = 1;
+}
+
+static void on_end(int)
+{
+    begin_to_handle();
     ftxStopTransferArea(device);
     ftxCloseDevice(device);
     ftxCloseLib();
@@ -45,6 +52,14 @@ static void on_end(int)
 
 static void *drive(void *)
 {
+    int status;
+    if (fork() == 0) {
+        begin_to_handle();
+        _exit(ftxStopTransferArea(device) != 0 ? 0 : 5);
+    }
+    if (wait(&status) < 0 || status != 0) {
+        _exit(6);
+    }
     StartMotorExCmd(device, TA_LOCAL, 0, 512, 0, 0, 0, 2);
     while (!is_called) {
     }
