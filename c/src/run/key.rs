@@ -249,9 +249,10 @@ fn name_in(line: &[u8]) -> Option<PathBuf> {
         written = rest;
     }
     #[cfg(unix)]
-    return Some(std::os::unix::ffi::OsStringExt::from_vec(name)).map(|name: OsString| name.into());
+    let name: OsString = std::os::unix::ffi::OsStringExt::from_vec(name);
     #[cfg(not(unix))]
-    return String::from_utf8(name).ok().map(PathBuf::from);
+    let name = String::from_utf8(name).ok()?;
+    Some(name.into())
 }
 
 /// What changes when other files come in the place of these, because a link or a folder on the way to them is another one
@@ -377,18 +378,17 @@ mod tests {
         assert_eq!(programs(clang), ["C:\\the bin\\clang", "/b/clang"]);
     }
 
-    #[cfg(unix)]
     #[test]
     fn names_are_read_as_gcc_and_clang_write_them() {
-        let name = |line: &[u8]| name_in(line);
         for line in [&b"# 1 \"j\xc3\xb6rg/b.c\" 2 3"[..], b"# 1 \"j\\303\\266rg/b.c\""] {
-            assert_eq!(name(line), Some("j\u{f6}rg/b.c".into()));
+            assert_eq!(name_in(line), Some("j\u{f6}rg/b.c".into()));
         }
-        assert_eq!(name(br#"# 1 "C:\\a \"b\".c""#), Some(r#"C:\a "b".c"#.into()));
-        assert_eq!(name(b"# 1 \"\xf6.c\"").is_some(), cfg!(unix));
-        assert_eq!((name(b"# pragma"), name(b"# 1 \"")), (None, None));
+        assert_eq!(name_in(br#"# 1 "C:\\a \"b\".c""#), Some(r#"C:\a "b".c"#.into()));
+        assert_eq!(name_in(b"# 1 \"\xf6.c\"").is_some(), cfg!(unix));
+        assert_eq!((name_in(b"# pragma"), name_in(b"# 1 \"")), (None, None));
     }
 
+    #[cfg(unix)]
     #[test]
     fn only_programs_count_and_only_some_are_compilers() {
         for name in ["gcc", "x86_64-linux-gnu-g++-13", "clang-18", "clang++", "cc", "gcc-13.2"] {
