@@ -16,6 +16,7 @@ use tempfile::TempDir;
 
 use crate::bridge::mosquitto;
 use crate::help::COMMANDS;
+use crate::running;
 
 const DEADLINE: Duration = Duration::from_secs(120);
 
@@ -244,9 +245,7 @@ impl Example {
 
 impl Drop for Example {
     fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        running::end(&mut self.child);
     }
 }
 

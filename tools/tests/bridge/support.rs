@@ -14,6 +14,8 @@ use rumqttc::{Client, Event, MqttOptions, Packet, QoS};
 use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::running;
+
 /// For everything that has to happen; a busy machine may need long.
 pub(crate) const LONGEST_WAIT: Duration = Duration::from_secs(40);
 
@@ -89,7 +91,7 @@ impl Broker {
 
     /// Sends a signal to the broker's process: STOP, CONT.
     pub(crate) fn signal(&self, signal: &str) {
-        send_signal(&self.child, signal);
+        assert!(running::is_sent(&self.child, signal));
     }
 }
 
@@ -121,12 +123,6 @@ fn launch(program: &Path, files: &Path, port: u16) -> Result<Child, String> {
 
 fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
-}
-
-fn send_signal(child: &Child, signal: &str) {
-    let id = child.id().to_string();
-    let sent = Command::new("kill").args([&format!("-{signal}"), &id]).status().unwrap();
-    assert!(sent.success());
 }
 
 /// Lines or messages that come in, and somebody who waits for them.
@@ -225,7 +221,7 @@ impl Bridge {
 
     /// Sends it a signal: TERM, STOP, CONT.
     pub(crate) fn signal(&self, signal: &str) {
-        send_signal(&self.child, signal);
+        assert!(running::is_sent(&self.child, signal));
     }
 
     pub(crate) fn kill(&mut self) {
@@ -246,8 +242,7 @@ impl Bridge {
 
 impl Drop for Bridge {
     fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        running::end(&mut self.child);
     }
 }
 

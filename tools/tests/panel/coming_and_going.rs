@@ -50,6 +50,8 @@ fn a_controller_that_goes_away_and_comes_back_is_told_and_its_motors_stay_off() 
     assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 300, LIMIT));
     // The other one was not disturbed.
     assert_eq!(other.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 512);
+    // While the controller is there.
+    drop(panel);
 }
 
 #[test]
@@ -69,6 +71,8 @@ fn a_controller_that_is_not_there_yet_is_tried_again() {
     assert_eq!(state["link"]["firmware"], "4.7.0");
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
     assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 512, LIMIT));
+    // While the controller is there.
+    drop(panel);
 }
 
 #[test]

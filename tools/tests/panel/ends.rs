@@ -25,20 +25,21 @@ fn the_end_of_the_program_stops_the_motors_also_when_it_is_killed() {
         let status = panel.running.end().status;
         assert_eq!(status.success(), signal != "KILL", "{signal}: {status}");
         for txt in &txts {
-            // A killed program sends nothing more. What it leaves behind connects anew.
-            let is_off = |machine: &Machine| {
-                let last = machine.commands().next_back();
-                !machine.connected()
-                    && machine.controllers[0].outputs.duty[0] == 0
-                    && last == Some(CommandId::StopOnline)
-            };
-            assert!(txt.wait_until(is_off, LIMIT), "{signal}");
+            assert!(txt.wait_until(is_stopped, LIMIT), "{signal}");
             let starts = |machine: &mut Machine| {
                 machine.commands().filter(|command| *command == CommandId::StartOnline).count()
             };
             assert_eq!(txt.with_machine(starts), if signal == "KILL" { 2 } else { 1 }, "{signal}");
         }
     }
+}
+
+/// A killed program sends nothing more. What it leaves behind connects anew.
+fn is_stopped(machine: &Machine) -> bool {
+    let last = machine.commands().next_back();
+    !machine.connected()
+        && machine.controllers[0].outputs.duty[0] == 0
+        && last == Some(CommandId::StopOnline)
 }
 
 /// The guardian of this process: the number of one that it has started, with this argument.
@@ -102,7 +103,7 @@ fn another_guardian_takes_the_place_of_one_that_is_killed() {
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
     assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 512, LIMIT));
     panel.running.signal("KILL");
-    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 0, LIMIT));
+    assert!(txt.wait_until(is_stopped, LIMIT));
 }
 
 #[cfg_attr(not(unix), ignore = "a single program gets no signals there")]

@@ -1,4 +1,4 @@
-//! A program beside a test. It is killed when the test ends.
+//! A program beside a test. It ends with the test.
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Output, Stdio};
@@ -9,6 +9,9 @@ use crossbeam_channel::{unbounded, Receiver};
 
 /// How long a line may take, however busy the computer is.
 const LIMIT: Duration = Duration::from_secs(60);
+
+/// How long it may take to end when it is asked to.
+const LAST_WORDS: Duration = Duration::from_secs(10);
 
 pub(crate) struct Running {
     child: Child,
@@ -42,8 +45,7 @@ impl Running {
 
     /// Sends it a signal, such as INT.
     pub(crate) fn signal(&self, signal: &str) {
-        let (signal, id) = (format!("-{signal}"), self.child.id().to_string());
-        assert!(Command::new("kill").args([signal, id]).status().unwrap().success());
+        assert!(is_sent(&self.child, signal));
     }
 
     /// Waits until its standard output is closed by it and all that it has started; `false` when that takes too long.
@@ -70,8 +72,27 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // It may have ended already.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        end(&mut self.child);
     }
+}
+
+/// Ends a program of the box. After a kill, its guardian would look for the controller when that is gone, and could find
+/// the one of another test at its port.
+pub(crate) fn end(child: &mut Child) {
+    let has_ended = |child: &mut Child| matches!(child.try_wait(), Ok(Some(_)));
+    if cfg!(unix) && !has_ended(child) && is_sent(child, "TERM") {
+        let deadline = Instant::now() + LAST_WORDS;
+        while !has_ended(child) && Instant::now() < deadline {
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+    // It may have ended already.
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+/// Sends a signal, such as INT; `false` when it has ended.
+pub(crate) fn is_sent(child: &Child, signal: &str) -> bool {
+    let (signal, id) = (format!("-{signal}"), child.id().to_string());
+    Command::new("kill").args([signal, id]).status().is_ok_and(|status| status.success())
 }
