@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::{after, Case, GRACE};
-use crate::programs::record::{Exchange, Hold, What, Who};
+use crate::programs::record::{Call, Exchange, Hold, What, Who};
 
 /// What a thread writes that has waited for a response is in the very next request, if it drops its guard within the
 /// window: the request waits for it.
@@ -48,9 +48,7 @@ pub(super) fn in_lock_step(case: &Case<'_>) -> Vec<String> {
         let from = after(hold.got, GRACE);
         let under = |exchange: &&Exchange| from < exchange.at && exchange.at < hold.left;
         for connection in case.connections() {
-            // The last one stops the motors, and waits for nobody.
-            let before_last = &connection[..connection.len() - 1];
-            if let Some(exchange) = before_last.iter().find(under) {
+            if let Some(exchange) = before_last(case, connection).iter().find(under) {
                 breaches.push(format!(
                     "a request at {}, while {:?} had the areas from {} to {} in lock-step",
                     case.at(exchange.at),
@@ -63,6 +61,21 @@ pub(super) fn in_lock_step(case: &Case<'_>) -> Vec<String> {
     }
     breaches.truncate(3);
     breaches
+}
+
+/// Without what stops the motors at the end, which waits for nobody: the last request, and the one before it when that was
+/// the end's, and its response was wrong.
+fn before_last<'a>(case: &Case<'_>, connection: &'a [Exchange]) -> &'a [Exchange] {
+    let before = &connection[..connection.len() - 1];
+    let of_an_end = |exchange: &Exchange| {
+        let ends = |call: &&Call| matches!(call.what, What::End | What::DropHandler);
+        let mut ends = case.trace.calls.iter().filter(ends);
+        exchange.is_off() && ends.any(|call| call.start < exchange.at && exchange.at < call.end)
+    };
+    match before.split_last() {
+        Some((last, rest)) if of_an_end(last) => rest,
+        _ => before,
+    }
 }
 
 /// A cycle hook has the areas before the threads that wait for the same response.
