@@ -6,6 +6,11 @@
 
 #[cfg(unix)]
 #[allow(dead_code, reason = "the tests use all of it")]
+#[path = "../tests/running/mod.rs"]
+mod running;
+
+#[cfg(unix)]
+#[allow(dead_code, reason = "the tests use all of it")]
 #[path = "../tests/bridge/support.rs"]
 mod support;
 

@@ -2,6 +2,7 @@
 
 use std::panic::{catch_unwind, resume_unwind, AssertUnwindSafe};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::{
@@ -228,8 +229,8 @@ fn noted(
     result: Result<(), Error>,
     panicked: bool,
 ) {
-    let call = Call { who, what, start, end: Instant::now(), result, panicked };
-    record.trace(which).calls.push(call);
+    let (thread, end) = (thread::current().id(), Instant::now());
+    record.trace(which).calls.push(Call { who, thread, what, start, end, result, panicked });
 }
 
 /// Notes that the handler was dropped by the program's main thread.
@@ -249,6 +250,7 @@ pub(crate) fn begun(
     Hold {
         order: record.number(),
         who,
+        thread: thread::current().id(),
         asked,
         got: now,
         left: now,

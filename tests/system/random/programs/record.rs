@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::tx::{Counter, Motor};
@@ -58,6 +59,7 @@ pub(crate) enum What {
 #[derive(Clone, Debug)]
 pub(crate) struct Call {
     pub(crate) who: Who,
+    pub(crate) thread: ThreadId,
     pub(crate) what: What,
     pub(crate) start: Instant,
     pub(crate) end: Instant,
@@ -105,6 +107,7 @@ pub(crate) struct Hold {
     /// Guards of a handler exclude each other, so this order is the real one.
     pub(crate) order: u64,
     pub(crate) who: Who,
+    pub(crate) thread: ThreadId,
     /// The call that got it began, it was got, it began to be dropped, and was dropped.
     pub(crate) asked: Instant,
     pub(crate) got: Instant,
