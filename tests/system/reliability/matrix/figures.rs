@@ -105,7 +105,8 @@ fn sleeping_hook() -> Outcome {
     let after = handler.areas().statistics();
     let missed = after.missed_responses - before.missed_responses;
     assert!(missed >= EXCHANGES - 2, "{missed}");
-    assert!(missed <= after.cycles - before.cycles);
+    // The window of the last response before may be open.
+    assert!(missed <= after.cycles - before.cycles + 1, "{missed}");
     assert_eq!(calls.load(Ordering::SeqCst), 2);
     drop(let_go);
     controller.wait("more calls", |_| calls.load(Ordering::SeqCst) > 5);
