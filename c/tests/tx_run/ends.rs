@@ -12,18 +12,27 @@ use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use super::support::{
-    cache, has_compiler, has_ended, make_pipe, program, run_on, tx_run, txt, wait_for, wait_until,
-    Ended, Run,
+    cache, has_compiler, has_ended, make_pipe, program, run_on, run_with, tx_run, txt, wait_for,
+    wait_until, Ended, Run,
 };
 
 /// Runs a program that turns a motor until I1 is pressed, and then does what `kind` says.
 fn with_a_motor(kind: &str, then: impl FnOnce(&SimulatedTxt, &Run)) -> Ended {
     let txt = txt().start().unwrap();
     let run = run_on(&txt, "ends.c", &format!("-w -D{kind}"));
-    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
-    then(&txt, &run);
-    wait_for(&txt, "the motor is off", |machine| machine.controllers[0].outputs.duty == [0; 8]);
-    wait_for(&txt, "the connection is closed", |machine| !machine.connected());
+    goes_on_with_a_motor(&txt, run, then)
+}
+
+#[track_caller]
+fn goes_on_with_a_motor(
+    txt: &SimulatedTxt,
+    run: Run,
+    then: impl FnOnce(&SimulatedTxt, &Run),
+) -> Ended {
+    wait_for(txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    then(txt, &run);
+    wait_for(txt, "the motor is off", |machine| machine.controllers[0].outputs.duty == [0; 8]);
+    wait_for(txt, "the connection is closed", |machine| !machine.connected());
     run.end()
 }
 
@@ -151,11 +160,12 @@ fn signals_end_the_program() {
     {
         let ended = with_a_motor("CODE=0", |_, run| run.signal(signal));
         ended.badly(&format!("ended by {name}; all outputs are off"));
-        let ended = with_a_motor("HANG", |txt, run| {
+        let (txt, folder) = (txt().start().unwrap(), tempfile::tempdir().unwrap());
+        let hangs = folder.path().join("hangs");
+        let run = run_with(&txt, "ends.c", "-w -DHANG", &[("HANGS", &hangs)]);
+        let ended = goes_on_with_a_motor(&txt, run, |txt, run| {
             press(txt, run);
-            // Some exchanges later the program is in its loop.
-            let before = txt.with_machine(|machine| machine.exchanges());
-            wait_for(txt, "more exchanges", |machine| machine.exchanges() > before + 3);
+            wait_for(txt, "it hangs", |_| hangs.exists());
             run.signal(signal);
         });
         // On a busy machine the limit for a call may be over first.

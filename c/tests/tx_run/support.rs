@@ -129,8 +129,18 @@ pub(crate) fn kept_in(cache: &Path) -> Vec<PathBuf> {
 
 /// `tx_run` with a program of the folder, on this simulated TXT.
 pub(crate) fn run_on(txt: &SimulatedTxt, name: &str, flags: &str) -> Run {
+    run_with(txt, name, flags, &[])
+}
+
+/// The same with these variables in its environment.
+pub(crate) fn run_with(
+    txt: &SimulatedTxt,
+    name: &str,
+    flags: &str,
+    variables: &[(&str, &Path)],
+) -> Run {
     let mut command = tx_run(&["--host", &txt.address().to_string()]);
-    command.arg(program(name)).env("CFLAGS", flags);
+    command.arg(program(name)).env("CFLAGS", flags).envs(variables.iter().copied());
     Run::start(&mut command)
 }
 

@@ -1,4 +1,5 @@
 /* Turns M1 until I1 is pressed, and then ends in one of many ways. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
 #include "ROBO_TX_PRG.h"
@@ -68,6 +69,8 @@ int PrgTic(TA *p_ta_array, int ta_count)
     return deep(1);
 #endif
 #ifdef HANG
+    if (getenv("HANGS"))
+        fclose(fopen(getenv("HANGS"), "w"));
     for (;;)
         ;
 #endif
