@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::error::Error;
+use crate::firmware::FirmwareVersion;
 use crate::terminals::{Counter, Input, Motor};
 use crate::tx::IrDevice;
 
@@ -120,11 +121,15 @@ pub enum Event {
         /// What went wrong with it.
         error: Error,
     },
-    /// A lost connection was re-established.
+    /// A lost connection was re-established. Another controller than before may answer at the same address.
     #[non_exhaustive]
     ConnectionRestored {
         /// How long it was lost.
         after: Duration,
+        /// The name of the controller that answers now.
+        device_name: String,
+        /// The version of its firmware.
+        firmware: FirmwareVersion,
     },
     /// The [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) has expired: all outputs are 0 until
     /// a call has returned [`Error::WatchdogExpired`].

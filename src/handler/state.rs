@@ -105,15 +105,21 @@ impl State {
     /// The beginning of the transfer, while it is running, for a log.
     pub(crate) fn beginning(&self) -> Option<LoggedBeginning> {
         let at = self.transfer.began()?;
-        let controller = self.controller.as_ref();
-        let status = controller.map(|controller| &controller.status);
+        let (device_name, firmware) = self.name_and_firmware();
         Some(LoggedBeginning {
             at,
-            device_name: status.map(QueryStatusResponse::name).unwrap_or_default(),
-            firmware: status.map_or(FirmwareVersion::OLDEST_SUPPORTED, |status| status.version),
-            address: controller.and_then(|controller| controller.address),
+            device_name,
+            firmware,
+            address: self.controller.as_ref().and_then(|controller| controller.address),
             areas: self.hand_over.outgoing().len(),
         })
+    }
+
+    /// What the controller has said of itself when it was connected last.
+    pub(crate) fn name_and_firmware(&self) -> (String, FirmwareVersion) {
+        let status = self.controller.as_ref().map(|controller| &controller.status);
+        let firmware = status.map_or(FirmwareVersion::OLDEST_SUPPORTED, |status| status.version);
+        (status.map(QueryStatusResponse::name).unwrap_or_default(), firmware)
     }
 
     /// An event that does not come with a response, with the current time.

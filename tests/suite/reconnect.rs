@@ -260,6 +260,7 @@ fn another_controller_may_answer_and_shows_its_name() {
     let txt = unpaced().port(first_port).device_name("the first").start().unwrap();
     let handler = handler(&txt);
     let area = handler.areas().clone();
+    let events = area.events(&[EventKind::ConnectionRestored], 10).unwrap();
     handler.begin_transfer().unwrap();
     assert_eq!(handler.device_name().as_deref(), Some("the first"));
     drop(txt);
@@ -270,6 +271,11 @@ fn another_controller_may_answer_and_shows_its_name() {
     drop(area.wait_cycle().unwrap());
     assert_eq!(handler.device_name().as_deref(), Some("the second"));
     assert_eq!(handler.version(), Some(old));
+    let restored = events.recv_timeout(DEADLINE).unwrap().event;
+    let Event::ConnectionRestored { device_name, firmware, .. } = restored else {
+        panic!("{restored:?}")
+    };
+    assert_eq!((&*device_name, firmware), ("the second", old));
     handler.end_transfer().unwrap();
 }
 

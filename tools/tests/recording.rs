@@ -5,13 +5,14 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area::{FirmwareVersion, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Options, Recorder};
 use ft_transfer_area_simulator::SimulatedTxt;
 use tempfile::TempDir;
 
 use crate::replay::record;
 use crate::running::Running;
+use crate::watch::away::{at_free_ports, started};
 
 pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
 
@@ -158,6 +159,53 @@ fn with_force_a_link_stays_a_link() {
     assert!(recorded.status.success(), "{}", said(&recorded));
     assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
     assert!(run(&["info", &path]).status.success());
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn another_controller_after_a_gap_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let first = at_free_ports(|port| SimulatedTxt::builder().port(port).device_name("FIRST"));
+    let (address, port) = (first.address().to_string(), first.port());
+    let printed = tempfile::NamedTempFile::new().unwrap();
+    let mut record = txt(&["record", &address, "-o", &path]);
+    let record = Running::start(record.stderr(printed.reopen().unwrap()));
+    assert!(first.wait_until(|machine| machine.exchanges() > 20, DEADLINE));
+    drop(first);
+    let firmware = FirmwareVersion::new(4, 2, 4);
+    let second = || SimulatedTxt::builder().port(port).device_name("SECOND").firmware(firmware);
+    let second = started(second);
+    let warning = "SECOND, firmware 4.2.4, answers now, in place of FIRST, firmware ";
+    let deadline = Instant::now() + DEADLINE;
+    while !fs::read_to_string(printed.path()).unwrap().contains(warning) {
+        assert!(Instant::now() < deadline, "{:?}", fs::read_to_string(printed.path()));
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    second.with_machine(|machine| machine.controllers[0].uni[0] = 1);
+    let exchanges = second.with_machine(|machine| machine.exchanges());
+    assert!(second.wait_until(|machine| machine.exchanges() > exchanges + 20, DEADLINE));
+    record.signal("INT");
+    assert!(record.end().status.success());
+
+    let info = said(&run(&["info", &path]));
+    assert!(info.starts_with("controller   FIRST at "), "{info}");
+    assert!(info.contains(" s on SECOND, firmware 4.2.4\n"), "{info}");
+    let json = run(&["info", &path, "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(json["device_name"], "FIRST");
+    assert_eq!(json["later_controllers"][0]["device_name"], "SECOND");
+    assert_eq!(json["later_controllers"].as_array().unwrap().len(), 1);
+    let picture = in_folder(&folder, "run.svg");
+    let plot = run(&["plot", &path, "I1", "-o", &picture]);
+    assert!(plot.status.success(), "{}", said(&plot));
+    assert!(fs::read_to_string(&picture).unwrap().contains("(FIRST, then SECOND)"));
+    let replay = Running::start(txt(&["replay", &path, "--port", "0"]).stderr(Stdio::piped()));
+    assert!(replay.line().contains("(FIRST, "));
+    replay.signal("INT");
+    let errors = replay.end().stderr;
+    let errors = String::from_utf8_lossy(&errors);
+    assert!(errors.contains("SECOND, firmware 4.2.4, answered"), "{errors}");
 }
 
 #[test]

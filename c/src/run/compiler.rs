@@ -193,6 +193,12 @@ impl Compiler {
         }
     }
 
+    /// Has the command also write into a file which files the compiler reads. The compiler writes them in the same way for
+    /// each command, so two such files can be compared as they are.
+    pub(crate) fn name_files(command: &mut Command, to: &Path) {
+        command.args(["-MD", "-MT", "files", "-MF"]).arg(to);
+    }
+
     /// A command that makes an object of such a text.
     pub(crate) fn assemble(&self, text: &Path, object: &Path) -> Command {
         let mut command = self.compile(&[]);

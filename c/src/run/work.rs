@@ -120,36 +120,48 @@ struct Unit<'a> {
 #[derive(PartialEq, Eq)]
 struct Text {
     key: Key,
+    /// The names of the files that the preprocessor has read, as the compiler writes them.
+    names: Vec<u8>,
     /// Of its files. One that changes and changes back while it is compiled has another one.
     states: String,
 }
 
 impl Unit<'_> {
-    /// Compiles the source. What is made of it is kept if neither its text nor its files have changed meanwhile.
+    /// Compiles the source. What is made of it is kept if neither its text nor its files have changed meanwhile, and the
+    /// compiler has read the same files: for a moment there may be another one in a folder where it looks first.
     fn compile(&self, object: &Path) -> Result<(), Sentence> {
-        let Some(text) = self.text()? else {
-            return self.compile_source(&["-c"], object).map(drop);
-        };
+        let names = object.with_extension("d");
+        let Some(text) = self.text(&names)? else { return self.compile_to_object(object) };
         if let Some(messages) = self.cache.take(text.key, object) {
             self.pass_on(&messages);
             return Ok(());
         }
         let assembler = object.with_extension("s");
-        let messages = self.compile_source(self.compiler.to_assembler(), &assembler)?;
+        let mut command = self.command();
+        command.args(self.compiler.to_assembler());
+        Compiler::name_files(&mut command, &names);
+        let messages = self.compile_source(command, &assembler)?;
+        let has_same_files = read::file(&names).is_ok_and(|names| names == text.names);
         let mut command = self.compiler.assemble(&assembler, object);
         if !signals::output_of(&mut command)?.status.success() {
-            return self.compile_source(&["-c"], object).map(drop);
+            return self.compile_to_object(object);
         }
         let is_all = read::file(&assembler).is_ok_and(|text| !key::reads_files(&text));
-        if is_all && self.text()?.as_ref() == Some(&text) {
+        if has_same_files && is_all && self.text(&names)?.as_ref() == Some(&text) {
             self.cache.add(text.key, object, &messages);
         }
         Ok(())
     }
 
-    /// Compiles the source as it is now to what these options say, and returns what the compiler says.
-    fn compile_source(&self, options: &[&str], to: &Path) -> Result<Vec<u8>, Sentence> {
-        let output = signals::output_of(self.command().args(options).arg("-o").arg(to))?;
+    fn compile_to_object(&self, object: &Path) -> Result<(), Sentence> {
+        let mut command = self.command();
+        command.arg("-c");
+        self.compile_source(command, object).map(drop)
+    }
+
+    /// Compiles the source as it is now by this command, and returns what the compiler says.
+    fn compile_source(&self, mut command: Command, to: &Path) -> Result<Vec<u8>, Sentence> {
+        let output = signals::output_of(command.arg("-o").arg(to))?;
         if output.status.success() {
             self.pass_on(&output.stderr);
             return Ok(output.stderr);
@@ -203,25 +215,28 @@ impl Unit<'_> {
         command
     }
 
-    /// What the preprocessor makes of the source; `None` when what is compiled from it is not kept.
-    fn text(&self) -> Result<Option<Text>, Sentence> {
+    /// What the preprocessor makes of the source; `None` when what is compiled from it is not kept. The names of the files
+    /// are written to `names`.
+    fn text(&self, names: &Path) -> Result<Option<Text>, Sentence> {
         let Some(compiler) = self.compiler.identity.as_ref().filter(|_| self.cache.is_there())
         else {
             return Ok(None);
         };
         // With the second option gcc names a precompiled header that it would read.
         let too_much = |error| format!("{}: {error}", self.path().display());
-        let output = signals::output_of(self.command().args(["-E", "-fpch-preprocess"]))
-            .map_err(too_much)?;
-        if !output.status.success() {
+        let mut command = self.command();
+        command.args(["-E", "-fpch-preprocess"]);
+        Compiler::name_files(&mut command, names);
+        let output = signals::output_of(&mut command).map_err(too_much)?;
+        let Some(names) = read::file(names).ok().filter(|_| output.status.success()) else {
             return Ok(None);
-        }
+        };
         let [text, said] =
             [output.stdout, output.stderr].map(|it| key::with_fixed_name(&it, &self.plan.build));
         let files = key::files_of(&text).map_err(|error| too_much(error.into()))?;
         let options = self.more_options().concat();
         let others = [compiler.as_bytes(), options.as_bytes(), &said, &files.written];
         let key = key::of(&text, &others);
-        Ok(key.map(|key| Text { key, states: files.states }))
+        Ok(key.map(|key| Text { key, names, states: files.states }))
     }
 }

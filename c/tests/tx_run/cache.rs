@@ -126,6 +126,22 @@ const CASES: &[Case] = &[
         is_kept: false,
     },
     Case {
+        name: "a header with a name that is hard to write",
+        source: "#include \"a b$#\u{f6}/h%\\:.h\"\nint main(void) { return V; }\n",
+        before: &[("a b$#\u{f6}/h%\\:.h", ONE)],
+        after: &[("a b$#\u{f6}/h%\\:.h", TWO)],
+        line: &[],
+        is_kept: true,
+    },
+    Case {
+        name: "a header with a name that is hard to write, with clang",
+        source: "#include \"a b$#\u{f6}/h%.h\"\nint main(void) { return V; }\n",
+        before: &[("a b$#\u{f6}/h%.h", ONE)],
+        after: &[("a b$#\u{f6}/h%.h", TWO)],
+        line: &["CC=clang"],
+        is_kept: true,
+    },
+    Case {
         name: "a folder behind a link",
         source: BY_HEADER,
         before: &[("p1/h.h", TWO), ("p2/h.h", ONE)],
@@ -357,12 +373,13 @@ fn a_header_that_changes_for_a_moment_leaves_nothing_wrong() {
         ["ln -s v1 inc", "ln -sfn v2 inc", "ln -sfn v1 inc"],
         ["ln -s v1 now; ln -s now inc", "ln -sfn v2 now", "ln -sfn v1 now"],
         ["mv v1 inc", "mv inc v1; mv v2 inc", "mv inc v2; mv v1 inc"],
+        ["mkdir -p first/inc; mv v1 inc", "cp v2/h.h first/inc", "rm first/inc/h.h"],
     ] {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
         write(path, "cc.c", CHANGES_HEADER);
         compile(&path.join("cc.c"), &path.join("cc"));
-        write(path, "a.c", "#include \"inc/h.h\"\nint main(void) { return V; }\n");
+        write(path, "a.c", "#include <inc/h.h>\nint main(void) { return V; }\n");
         write(path, "v1/h.h", "#define V 1\n");
         write(path, "v2/h.h", "#define V 2\n");
         assert!(Command::new("sh")
@@ -374,7 +391,7 @@ fn a_header_that_changes_for_a_moment_leaves_nothing_wrong() {
         write(path, "before", before);
         write(path, "after", after);
         for kept in [0, 1] {
-            let mut command = tx_run(&["a.c", "--world", "none"]);
+            let mut command = tx_run(&["a.c", "--world", "none", "-I", "first", "-I", "."]);
             command.current_dir(path).env("XDG_CACHE_HOME", path.join("cache")).env("CC", "./cc");
             let ended = Run::start(&mut command).end();
             assert_eq!(ended.status, Some(2 - kept), "{before}: {}", ended.err);

@@ -244,7 +244,9 @@ impl Shared {
         // In the gap the program could not show that it is alive.
         state.watchdog.feed(now());
         let after = state.clock.now() - lost_at;
-        let event = state.happens_now(Event::ConnectionRestored { after });
+        let (device_name, firmware) = state.name_and_firmware();
+        let restored = Event::ConnectionRestored { after, device_name, firmware };
+        let event = state.happens_now(restored);
         drop(state);
         self.listeners.lock().send_all(&event);
     }

@@ -75,6 +75,12 @@ pub enum Transfer {
     Restored {
         /// After this time in ms.
         after_ms: u64,
+        /// The name of the controller that answers now, which may be another one; empty in an older file.
+        #[serde(default)]
+        device_name: String,
+        /// The version of its firmware; empty in an older file.
+        #[serde(default)]
+        firmware: String,
     },
     /// The watchdog has stopped the motors.
     WatchdogExpired {

@@ -289,9 +289,11 @@ impl Writer {
     pub(crate) fn state(&mut self, reported: &TimedEvent) -> McapResult<()> {
         let message = match &reported.event {
             Event::ConnectionLost { error, .. } => Transfer::Lost(Failure::from(error)),
-            Event::ConnectionRestored { after, .. } => {
-                Transfer::Restored { after_ms: nanos(*after) / 1_000_000 }
-            }
+            Event::ConnectionRestored { after, device_name, firmware, .. } => Transfer::Restored {
+                after_ms: nanos(*after) / 1_000_000,
+                device_name: device_name.clone(),
+                firmware: firmware.to_string(),
+            },
             Event::WatchdogExpired { limit, .. } => {
                 Transfer::WatchdogExpired { limit_ms: nanos(*limit) / 1_000_000 }
             }
@@ -313,9 +315,12 @@ impl Writer {
             }
             Transfer::Failed(why) => (ERROR, format!("a transfer could not begin: {}", why.error)),
             Transfer::Lost(why) => (WARNING, format!("the connection is lost: {}", why.error)),
-            Transfer::Restored { after_ms } => {
+            Transfer::Restored { after_ms, device_name, .. } => {
                 let after = *after_ms as f64 / 1e3;
-                (INFO, format!("the connection was re-established after {after:.2} s"))
+                let text = format!(
+                    "the connection was re-established after {after:.2} s, with {device_name}"
+                );
+                (INFO, text)
             }
             Transfer::WatchdogExpired { limit_ms } => {
                 let limit = *limit_ms as f64 / 1e3;

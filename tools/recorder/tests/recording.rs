@@ -190,9 +190,10 @@ fn gaps_and_errors_are_in_the_file() {
     recorder.finish().unwrap();
     let (entries, _) = read(&path).unwrap();
     match transfers(&entries)[..] {
-        [Transfer::Began { device_name, .. }, Transfer::Lost(lost), Transfer::Restored { .. }, Transfer::Ended] =>
+        [Transfer::Began { device_name, firmware, .. }, Transfer::Lost(lost), Transfer::Restored { device_name: now, firmware: newest, .. }, Transfer::Ended] =>
         {
             assert_eq!((&**device_name, lost.kind), ("TX2013", FailureKind::WrongData));
+            assert_eq!((now, newest), (device_name, firmware));
         }
         ref other => panic!("{other:?}"),
     }

@@ -153,7 +153,6 @@ fn machine<'a>(
         topics: Topics::new(&args.prefix, &name),
         name,
         host,
-        areas,
         noise,
         master_limit: master_limit.filter(|limit| !limit.is_zero()),
     };

@@ -30,7 +30,6 @@ pub(crate) struct Setup {
     pub(crate) topics: Topics,
     pub(crate) name: String,
     pub(crate) host: String,
-    pub(crate) areas: usize,
     pub(crate) noise: Noise,
     /// How long the master may be silent; `None` for as long as it likes.
     pub(crate) master_limit: Option<Duration>,
@@ -68,7 +67,7 @@ impl Relay {
     }
 
     fn new(setup: Setup, state: State, inbox: Inbox) -> Self {
-        let values = Values::new(&setup.topics, setup.areas, setup.noise);
+        let values = Values::new(&setup.topics, setup.noise);
         Self {
             setup,
             inbox,

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use ft_transfer_area::transfer_area::MAX_AREAS;
 use ft_transfer_area::tx::Input;
 use ft_transfer_area::FishX1Transfer;
 
@@ -17,7 +18,8 @@ pub(crate) struct Noise {
     pub(crate) deadband: u16,
 }
 
-/// All values of a controller, with what was published about each.
+/// All values that a controller can have, with what was published about each. Those of extensions that it has not are
+/// removed, because a bridge of this name may have left them at the broker.
 pub(crate) struct Values {
     values: Vec<Tracked>,
     noise: Noise,
@@ -35,7 +37,7 @@ struct Tracked {
 }
 
 impl Values {
-    pub(crate) fn new(topics: &Topics, areas: usize, noise: Noise) -> Self {
+    pub(crate) fn new(topics: &Topics, noise: Noise) -> Self {
         let reported = |area: usize, tail: &str, read: Read| Tracked {
             area,
             topic: topics.of(tail),
@@ -43,7 +45,7 @@ impl Values {
             last: None,
             newest: 0,
         };
-        let values = (0..areas)
+        let values = (0..MAX_AREAS)
             .flat_map(|area| {
                 values_of(area).into_iter().map(move |(tail, read)| reported(area, &tail, read))
             })
@@ -78,11 +80,10 @@ impl Values {
         mut send: impl FnMut(&str, String) -> bool,
     ) {
         for reported in &mut self.values {
-            let Some(area) = areas.get(reported.area) else { continue };
             if cycle < reported.newest {
                 continue;
             }
-            let value = (reported.read)(area);
+            let value = areas.get(reported.area).and_then(&reported.read);
             if reported.is_news(value, now, self.noise) && !reported.publish(value, now, &mut send)
             {
                 return;
@@ -115,7 +116,8 @@ impl Values {
 
 impl Tracked {
     fn is_news(&self, value: Option<Value>, now: Instant, noise: Noise) -> bool {
-        let Some((last, at)) = self.last else { return value.is_some() };
+        // The broker may keep what another bridge has left, and has to hear also that there is no value.
+        let Some((last, at)) = self.last else { return true };
         if value == last {
             return false;
         }
@@ -154,7 +156,7 @@ mod tests {
     const NOISE: Noise = Noise { every: Duration::from_millis(100), deadband: 5 };
 
     fn values() -> Values {
-        Values::new(&Topics::new("ft", "press"), 1, NOISE)
+        Values::new(&Topics::new("ft", "press"), NOISE)
     }
 
     /// What is published about this area at this time, in ms.
@@ -173,7 +175,10 @@ mod tests {
         let mut area = FishX1Transfer::default();
         let first = reported(&mut values, area, begin, 0);
         assert!(first.contains(&r#"ft/press/I1 {"value":0}"#.to_owned()), "{first:?}");
-        assert!(!first.iter().any(|line| line.starts_with("ft/press/O")), "all are motors");
+        let of_outputs = first.iter().filter(|line| line.starts_with("ft/press/O"));
+        assert!(of_outputs.clone().all(|line| line.ends_with(' ')), "all are motors: {first:?}");
+        assert_eq!(of_outputs.count(), 8, "what an earlier bridge has left is removed");
+        assert!(first.contains(&"ft/press/ext8/I1 ".to_owned()), "{first:?}");
         assert_eq!(reported(&mut values, area, begin, 1), [""; 0]);
         area.input.uni[1] = 1;
         assert_eq!(reported(&mut values, area, begin, 2), [r#"ft/press/I2 {"value":1}"#]);

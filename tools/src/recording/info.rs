@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 use super::clock;
-use super::survey::Survey;
+use super::survey::{Later, Survey};
 use crate::print;
 
-/// How many errors are listed.
+/// How many errors, and how many changes of the controller, are listed.
 const LISTED: usize = 10;
 
 const AFTER_HELP: &str = "\
@@ -46,6 +46,12 @@ fn text(survey: &Survey) -> String {
     };
     let [name, firmware] = survey.controller();
     line("controller", format!("{name}{at}, firmware {firmware}"));
+    for Later { since, device_name, firmware } in survey.later_controllers.iter().take(LISTED) {
+        line("", format!("from {since:.2} s on {device_name}, firmware {firmware}"));
+    }
+    if survey.later_controllers.len() > LISTED {
+        line("", format!("and {} more changes", survey.later_controllers.len() - LISTED));
+    }
     line("extensions", survey.extensions.to_string());
     line("started", started(survey.started));
     line("length", format!("{:.2} s, {} kB", survey.seconds, survey.bytes.div_ceil(1000)));

@@ -149,6 +149,12 @@ fn start_camera(
     thread.map(Some).context("a thread for the camera could not be started")
 }
 
+/// The controller that has answered last.
+fn controller_of(handler: &TransferAreaComHandler) -> String {
+    let firmware = handler.version().map(|version| version.to_string()).unwrap_or_default();
+    format!("{}, firmware {firmware},", handler.device_name().unwrap_or_default())
+}
+
 /// Shows the progress until it is to end.
 fn watch(
     args: &Args,
@@ -163,11 +169,17 @@ fn watch(
     }
     let progress = Progress::start(bar, |bar, so_far: String| bar.set_prefix(so_far));
     let begin = Instant::now();
+    let mut controller = controller_of(handler);
     loop {
         let so_far = Recorded { path: &args.output, totals: recorder.recorded() };
         progress.show(so_far.to_string());
         if let Some(error) = recorder.error() {
             return Err(error.into());
+        }
+        let now = controller_of(handler);
+        if now != controller {
+            log::warn!("{now} answers now, in place of {controller}");
+            controller = now;
         }
         if !handler.areas().is_running() {
             // Its error is that of the transfer's end.

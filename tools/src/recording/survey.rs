@@ -23,6 +23,8 @@ pub(crate) struct Survey {
     /// Empty, as the firmware, when the program has not asked for it, or the beginning was lost.
     pub(crate) device_name: String,
     pub(crate) firmware: String,
+    /// Others that have answered later.
+    pub(crate) later_controllers: Vec<Later>,
     pub(crate) address: String,
     pub(crate) areas: usize,
     /// The number of the last extension that took part.
@@ -45,6 +47,14 @@ pub(crate) struct Survey {
     pub(crate) is_cut_off: bool,
     /// What is missing because the file is damaged.
     pub(crate) damage: Option<String>,
+}
+
+/// A controller that answers from a time on, in seconds, in place of the one before.
+#[derive(Debug, PartialEq, Serialize)]
+pub(crate) struct Later {
+    pub(crate) since: f64,
+    pub(crate) device_name: String,
+    pub(crate) firmware: String,
 }
 
 impl Survey {
@@ -124,12 +134,34 @@ impl Survey {
         *total += cycle.since_last;
     }
 
+    /// A controller with this name and firmware answers. Both are empty if it was not asked.
+    fn answers(&mut self, device_name: &str, firmware: &str, at: Duration) {
+        let before = match self.later_controllers.last() {
+            Some(later) => (&*later.device_name, &*later.firmware),
+            None => (&*self.device_name, &*self.firmware),
+        };
+        let (nobody, now) = (("", ""), (device_name, firmware));
+        if now == nobody || now == before {
+            return;
+        }
+        let (device_name, firmware) = (device_name.to_owned(), firmware.to_owned());
+        if before == nobody {
+            (self.device_name, self.firmware) = (device_name, firmware);
+        } else {
+            let since = at.as_secs_f64();
+            self.later_controllers.push(Later { since, device_name, firmware });
+        }
+    }
+
     fn note(&mut self, transfer: &Transfer, at: Duration) {
         let error = match transfer {
             Transfer::Began { device_name, firmware, address, .. } => {
-                self.device_name.clone_from(device_name);
-                self.firmware.clone_from(firmware);
+                self.answers(device_name, firmware, at);
                 self.address.clone_from(address);
+                return;
+            }
+            Transfer::Restored { device_name, firmware, .. } => {
+                self.answers(device_name, firmware, at);
                 return;
             }
             Transfer::Lost(failure) => {

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::Arc;
 
 use ft_transfer_area_simulator::SimulatedTxt;
-use serde_json::json;
+use serde_json::{json, Value};
 
 use super::support::{is_state, wait_machine, Bridge, Broker, Listener};
 
@@ -42,6 +42,41 @@ fn inputs_and_counters_of_all_areas_are_topics_and_the_broker_keeps_them() {
     late.wait(0, "ft/press/I2", |_| true);
     assert_eq!(late.all("ft/press/I2"), [far]);
     drop(bridge);
+}
+
+/// The first one is killed, so it can't tidy up.
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
+#[test]
+fn what_an_earlier_bridge_has_left_is_removed() {
+    let Some(broker) = Broker::start() else { return };
+    let txts = [1, 0].map(|count| SimulatedTxt::builder().extensions(count).start().unwrap());
+    let hosts = txts.each_ref().map(|txt| txt.address().to_string());
+    let listener = Listener::new(&broker);
+    listener.send_retained("ft/belt/O1", r#"{"duty": 5}"#);
+    let arguments = [&*hosts[0], "--name", "press", "--extensions", "1"];
+    let mut first = Bridge::start(broker.port, arguments);
+    listener.wait(0, "ft/press/state", is_state("online"));
+    listener.send("ft/press/M1/mode", r#"{"mode": "outputs"}"#);
+    listener.wait(0, "ft/press/M1/config", |reported| reported["mode"] == "outputs");
+    listener.send("ft/press/O1/set", r#"{"duty": 300}"#);
+    listener.wait(0, "ft/press/O1", |reported| reported["duty"] == 300);
+    listener.wait(0, "ft/press/ext1/M2", |reported| reported["duty"] == 0);
+    first.kill();
+    first.wait();
+    listener.wait(0, "ft/press/state", is_state("gone"));
+    let begin = listener.now();
+    let _second = Bridge::start(broker.port, [&*hosts[1], "--name", "press"]);
+    listener.wait(begin, "ft/press/M1/config", |reported| reported["mode"] == "motor");
+    listener.wait(begin, "ft/press/ext1/M2", Value::is_null);
+    listener.wait(begin, "ft/press/O1", Value::is_null);
+    // The broker answers in order: what it has kept comes before this.
+    let late = Listener::new(&broker);
+    late.send("ft/end", "1");
+    late.wait(0, "ft/end", |_| true);
+    assert_eq!(late.all("ft/press/M1").len(), 1, "what there is stays");
+    assert_eq!(late.all("ft/belt/O1").len(), 1, "it is of another one");
+    assert_eq!(late.all("ft/press/O1"), [Value::Null; 0]);
+    assert_eq!(late.all("ft/press/ext1/M2"), [Value::Null; 0]);
 }
 
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]

@@ -13,7 +13,7 @@ use super::support::Watch;
 use super::LIMIT;
 
 /// A simulated TXT at ports that systems give to nobody by themselves, so that they are free when it is back.
-pub(super) fn at_free_ports(builder: impl Fn(u16) -> SimulatedTxtBuilder) -> SimulatedTxt {
+pub(crate) fn at_free_ports(builder: impl Fn(u16) -> SimulatedTxtBuilder) -> SimulatedTxt {
     static NEXT: AtomicU16 = AtomicU16::new(20_100);
     loop {
         let port = NEXT.fetch_add(3, Ordering::Relaxed);
@@ -28,11 +28,15 @@ fn at(port: u16) -> SimulatedTxtBuilder {
     SimulatedTxt::builder().port(port)
 }
 
-/// A simulated TXT at this main port, which may have been in use a moment ago.
 fn txt_at(port: u16) -> SimulatedTxt {
+    started(|| at(port))
+}
+
+/// A simulated TXT at a port that may have been in use a moment ago.
+pub(crate) fn started(builder: impl Fn() -> SimulatedTxtBuilder) -> SimulatedTxt {
     let deadline = Instant::now() + LIMIT;
     loop {
-        match at(port).start() {
+        match builder().start() {
             Ok(txt) => return txt,
             Err(error) => assert!(Instant::now() < deadline, "{error}"),
         }

@@ -1,7 +1,7 @@
 //! `txt watch`: what passes through it, and what it reports.
 
 mod again;
-mod away;
+pub(crate) mod away;
 mod beside;
 mod bytes;
 mod clients;

@@ -20,7 +20,6 @@ fn setup(host: String) -> Setup {
         topics: Topics::new("ft", "press"),
         name: "press".to_owned(),
         host,
-        areas: 1,
         noise: Noise { every: Duration::ZERO, deadband: 1 },
         master_limit: None,
     }

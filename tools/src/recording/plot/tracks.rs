@@ -37,7 +37,8 @@ pub(super) struct Tracks {
     lost_since: Option<f64>,
     last_cycle: Option<f64>,
     ticks: Vec<f64>,
-    controller: Option<String>,
+    /// The names of those that answer.
+    controllers: Vec<String>,
 }
 
 /// A terminal. A new mode gives its values another unit, and so another line.
@@ -60,7 +61,7 @@ impl Tracks {
             lost_since: None,
             last_cycle: None,
             ticks: Vec::new(),
-            controller: None,
+            controllers: Vec::new(),
         }
     }
 
@@ -108,9 +109,21 @@ impl Tracks {
 
     fn take_transfer(&mut self, at: f64, reported: Transfer) {
         match reported {
-            Transfer::Began { device_name, .. } => self.controller = Some(device_name),
+            Transfer::Began { device_name, .. } | Transfer::Restored { device_name, .. } => {
+                self.name(at, device_name);
+            }
             Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_) => self.lose(at),
             _ => {}
+        }
+    }
+
+    /// The controller with this name answers now; the name is empty if it was not asked.
+    fn name(&mut self, at: f64, name: String) {
+        if at < self.wanted.start {
+            self.controllers.clear();
+        }
+        if !name.is_empty() && !self.controllers.contains(&name) {
+            self.controllers.push(name);
         }
     }
 
@@ -137,10 +150,10 @@ impl Tracks {
         if panels.is_empty() {
             bail!("nothing changes in this time of {file}: name what should be drawn, such as I1");
         }
-        let controller = self.controller.take().filter(|name| !name.is_empty());
-        let named = || match &controller {
-            Some(name) => format!("{file} ({})", print::clean(name)),
-            None => file.to_owned(),
+        let controllers = self.controllers.join(", then ");
+        let named = || match &*controllers {
+            "" => file.to_owned(),
+            names => format!("{file} ({})", print::clean(names)),
         };
         Ok(Picture {
             title: title.unwrap_or_else(named),
