@@ -59,7 +59,7 @@ fn a_robot_carries_workpieces_between_the_places_of_other_controllers() {
     go(&mut robot, &mut axes, [22, 600, 19]);
     assert_eq!((robot.input(Input::I7), robot.input(Input::I8)), (1, 2400));
     go(&mut robot, &mut axes, [123, 645, 75]);
-    assert_eq!(robot.input(Input::I8), 1540, "blue over the colour sensor");
+    assert_eq!(robot.input(Input::I8), 1592, "blue over the colour sensor");
 
     processing.wait(10);
     assert_eq!(processing.input(oven_light), 1, "nothing is in the oven at the start");
@@ -78,6 +78,24 @@ fn a_robot_carries_workpieces_between_the_places_of_other_controllers() {
     release(&mut robot);
     assert_eq!(robot.machine.controllers[0].counter_input[3], 0);
     assert_eq!(robot.world().mishaps(), [""; 0]);
+}
+
+/// Programs for the robot end white at 850 mV and red at 1550 mV, those for the sorting line at 940 and 1430.
+#[test]
+fn a_robot_sees_colours_in_the_limits_of_its_own_programs_and_of_the_sorting_line() {
+    for (piece, limits) in
+        [(Piece::White, 200..850), (Piece::Red, 940..1430), (Piece::Blue, 1550..2000)]
+    {
+        let [_, mut robot, ..] = programs();
+        robot.measure_voltage(Input::I8);
+        let mut axes = robot_axes(&mut robot);
+        assert!(robot.put(piece, "delivery"));
+        go(&mut robot, &mut axes, [22, 758, 19]);
+        grip(&mut robot);
+        go(&mut robot, &mut axes, [123, 645, 75]);
+        let mv = robot.input(Input::I8);
+        assert!(limits.contains(&mv), "{piece} gives {mv} mV");
+    }
 }
 
 #[test]

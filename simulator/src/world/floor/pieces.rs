@@ -5,6 +5,10 @@ use crate::world::piece::Piece;
 
 /// A colour sensor has its full effect within this distance of a workpiece's middle, in mm.
 const FULL_COLOUR: f64 = 4.0;
+/// The part of this effect for a workpiece that a gripper holds over it, further away than one on a belt. With it blue is
+/// above 1550 mV, where programs for the robot of the factory begin to take it for blue, and red is below the 1430 mV of
+/// those for the sorting line.
+const HELD_COLOUR: f64 = 0.94;
 
 impl Floor {
     /// Adds a piece at a place.
@@ -46,18 +50,25 @@ impl Floor {
 
     /// The mV of a colour sensor at a place, which gives this value when there is nothing.
     pub(super) fn colour_mv(&self, place: usize, nothing: f64) -> f64 {
-        let (piece, distance) = match self.spots[place].kind {
-            SpotKind::Belt { belt, at, .. } => match self.nearest(belt, at, RADIUS) {
-                Some(piece) => (Some(piece), self.distance(piece, at)),
-                None => (self.seen(place), 0.0),
-            },
-            SpotKind::Fixed(_) | SpotKind::Seat { .. } => (self.seen(place), 0.0),
-        };
-        let Some(mv) = piece.and_then(|piece| self.pieces[piece].piece.colour_mv()) else {
-            return nothing;
-        };
-        let part = ((RADIUS - distance) / (RADIUS - FULL_COLOUR)).clamp(0.0, 1.0);
-        nothing + part * (mv - nothing)
+        let mv = self.colour_seen(place).and_then(|(piece, part)| {
+            let mv = self.pieces[piece].piece.colour_mv()?;
+            Some(nothing + part * (mv - nothing))
+        });
+        mv.unwrap_or(nothing)
+    }
+
+    /// The piece that a colour sensor sees, and with which part of the full effect.
+    fn colour_seen(&self, place: usize) -> Option<(usize, f64)> {
+        if let SpotKind::Belt { belt, at, .. } = self.spots[place].kind {
+            if let Some(piece) = self.nearest(belt, at, RADIUS) {
+                let part = (RADIUS - self.distance(piece, at)) / (RADIUS - FULL_COLOUR);
+                return Some((piece, part.clamp(0.0, 1.0)));
+            }
+        }
+        if let Some(piece) = self.lying(place) {
+            return Some((piece, 1.0));
+        }
+        self.held_over(place).map(|(_, piece)| (piece, HELD_COLOUR))
     }
 
     /// Where a piece would be if it were put here.
