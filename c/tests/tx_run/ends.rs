@@ -411,7 +411,16 @@ fn what_a_program_has_made_by_fork_ends_with_it() {
     if !has_compiler() {
         return;
     }
-    for (kind, last) in [("-DFORK", true), ("-DDAEMON", false)] {
+    let renamed = "-DFORK -DRENAMED";
+    let removed = "-DFORK -DREMOVED";
+    let kinds = [
+        ("-DFORK", true),
+        ("-DDAEMON", false),
+        (renamed, true),
+        (removed, true),
+        ("-DCHAIN", true),
+    ];
+    for (kind, last) in kinds {
         let txt = txt().start().unwrap();
         let ended = run_on(&txt, "pc.c", kind).end();
         assert_eq!(ended.status, Some(4), "{ended:?}");

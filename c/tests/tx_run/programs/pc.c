@@ -1,11 +1,13 @@
 /* A PC program: turns M1 until I1 is pressed, and ends without a call for it. With DEAF it ignores Ctrl-C, and with
    DEFAULT it has no chance to stop the motor. With WAITS its end never comes, because a function of atexit waits, by a
    return from main, and with EXIT by a call. With FORK and DAEMON another process goes on when the first one has ended
-   by `_exit`: one that only waits, and one that drives. With CONTROL it has a function for Ctrl-C that handles the
+   by `_exit`: one that only waits, and one that drives. With RENAMED and REMOVED the program's file has another name or
+   none before the one that waits is made. With CHAIN it is a new one every 2 ms. With CONTROL it has a function for Ctrl-C that handles the
    first one. With KILLED it kills itself. With COMMAND it runs that for a long time. */
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 #include <windows.h>
 #include "ROBO_TX_FW.h"
@@ -34,6 +36,12 @@ int main(int argc, char *argv[])
     HANDLE device;
     INT16 value = 0;
     BOOL32 overrun = 0;
+#if defined(RENAMED) || defined(REMOVED)
+    char file[1000] = "", other[1010];
+#endif
+#ifdef CHAIN
+    int i;
+#endif
 
 #ifdef DEAF
     signal(SIGINT, SIG_IGN);
@@ -61,6 +69,24 @@ int main(int argc, char *argv[])
 #endif
 #ifdef DEFAULT
     signal(SIGINT, SIG_DFL);
+#endif
+#ifdef RENAMED
+    file[readlink("/proc/self/exe", file, sizeof file - 1)] = 0;
+    rename(file, strcat(strcpy(other, file), ".old"));
+#endif
+#ifdef REMOVED
+    file[readlink("/proc/self/exe", file, sizeof file - 1)] = 0;
+    unlink(file);
+#endif
+#ifdef CHAIN
+    if (fork() == 0)
+        for (i = 0; i < 5000; i++) {
+            usleep(2000);
+            if (fork() != 0)
+                _exit(0);
+        }
+    Sleep(100);
+    _exit(4);
 #endif
 #ifdef FORK
     if (fork() == 0)
