@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use std::fs::{self, File};
 use std::io;
 use std::os::fd::AsRawFd;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -58,9 +58,22 @@ impl Forks {
         let program = fs::read_link(format!("/proc/self/fd/{}", self.0.as_raw_fd())).ok();
         let names = fs::read_dir("/proc").into_iter().flatten().flatten();
         let processes = names.filter_map(|process| process.file_name().to_str()?.parse().ok());
-        processes.filter(move |process| {
-            let path = fs::read_link(format!("/proc/{process}/exe")).ok();
-            path.is_some() && path == program
-        })
+        processes.filter(move |process| program.is_some() && program == file_of(*process))
+    }
+}
+
+/// The name of the file that a process runs.
+fn file_of(process: libc::pid_t) -> Option<PathBuf> {
+    let process = PathBuf::from(format!("/proc/{process}"));
+    let of = |place: &Path| fs::read_link(place.join("exe"));
+    match of(&process) {
+        Ok(file) => Some(file),
+        // Of another user.
+        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => None,
+        // Its first thread may have ended; the others know it.
+        Err(_) => {
+            let mut threads = fs::read_dir(process.join("task")).into_iter().flatten().flatten();
+            threads.find_map(|thread| of(&thread.path()).ok())
+        }
     }
 }

@@ -2,8 +2,12 @@
    DEFAULT it has no chance to stop the motor. With WAITS its end never comes, because a function of atexit waits, by a
    return from main, and with EXIT by a call. With FORK and DAEMON another process goes on when the first one has ended
    by `_exit`: one that only waits, and one that drives. With RENAMED and REMOVED the program's file has another name or
-   none before the one that waits is made. With CHAIN it is a new one every 2 ms. With CONTROL it has a function for Ctrl-C that handles the
-   first one. With KILLED it kills itself. With COMMAND it runs that for a long time. */
+   none before the one that waits is made; with THREAD a thread waits there, and main has ended. With CHAIN it is a new
+   one every 20 ms. With CONTROL it has a function for Ctrl-C that handles the first one. With KILLED it kills itself.
+   With COMMAND it runs that for a long time. */
+#ifdef THREAD
+#include <pthread.h>
+#endif
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,6 +23,14 @@ static void wait_for_ever(void)
     for (;;)
         pause();
 }
+
+#ifdef THREAD
+static void *wait_in_thread(void *unused)
+{
+    wait_for_ever();
+    return unused;
+}
+#endif
 
 #ifdef CONTROL
 static BOOL WINAPI on_control(DWORD event)
@@ -80,8 +92,8 @@ int main(int argc, char *argv[])
 #endif
 #ifdef CHAIN
     if (fork() == 0)
-        for (i = 0; i < 5000; i++) {
-            usleep(2000);
+        for (i = 0; i < 500; i++) {
+            usleep(20000);
             if (fork() != 0)
                 _exit(0);
         }
@@ -89,9 +101,14 @@ int main(int argc, char *argv[])
     _exit(4);
 #endif
 #ifdef FORK
-    if (fork() == 0)
-        for (;;)
-            pause();
+    if (fork() == 0) {
+#ifdef THREAD
+        pthread_t thread;
+        pthread_create(&thread, NULL, wait_in_thread, NULL);
+        pthread_exit(NULL);
+#endif
+        wait_for_ever();
+    }
     Sleep(100);
     _exit(4);
 #endif
