@@ -13,6 +13,7 @@ use super::away::{at_free_ports, started};
 use super::clients::transfers;
 use super::support::{KitClient, Watch};
 use super::LIMIT;
+use crate::panel::page::is_running;
 use crate::recording::{run, txt};
 use crate::running::Running;
 
@@ -149,21 +150,24 @@ fn a_recording_has_no_version_that_nobody_has_asked_for() {
 
 #[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
 #[test]
-fn each_transfer_of_a_recording_has_the_controller_that_its_own_program_was_told() {
+fn page_and_recording_have_the_controller_that_each_program_itself_was_told() {
     let first = at_free_ports(|port| SimulatedTxt::builder().port(port).device_name("FIRST"));
     let (address, port) = (first.address(), first.port());
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
-    let watch = Watch::start(address, &["--no-page", "--record", path.to_str().unwrap()]);
-    let drive = |mut program: KitClient| {
+    let watch = Watch::start(address, &["--record", path.to_str().unwrap()]);
+    let mut page = watch.page();
+    let mut drive = |mut program: KitClient, name| {
         program.exchange([0; 8]);
+        page.state(0, |state| is_running(state) && state["link"]["name"] == name);
         program.end();
+        page.state(0, |state| !is_running(state));
     };
-    drive(KitClient::over(watch.connect()));
+    drive(KitClient::over(watch.connect()), json!("FIRST"));
     drop(first);
     let _second = started(|| SimulatedTxt::builder().port(port).device_name("SECOND"));
-    drive(KitClient::without_question(watch.connect()));
-    drive(KitClient::over(watch.connect()));
+    drive(KitClient::without_question(watch.connect()), json!(null));
+    drive(KitClient::over(watch.connect()), json!("SECOND"));
     watch.running.signal("INT");
     assert!(watch.running.end().status.success());
     let names = transfers(&path).into_iter().filter_map(|transfer| match transfer {
