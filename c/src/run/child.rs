@@ -2,6 +2,8 @@
 
 use std::env;
 use std::ffi::OsString;
+#[cfg(not(target_os = "linux"))]
+use std::io;
 use std::path::Path;
 use std::process::{Command, ExitStatus};
 use std::sync::mpsc::{sync_channel, SyncSender};
@@ -10,6 +12,8 @@ use std::time::Duration;
 
 use ft_transfer_area::Error;
 
+#[cfg(target_os = "linux")]
+use crate::forks::Forks;
 use crate::online::{self, Online};
 use crate::program::Program;
 use crate::symbols::Entry;
@@ -51,6 +55,7 @@ pub(crate) fn run(
         command.env("PATH", env::join_paths(own.chain(env::split_paths(&before)))?);
     }
     end_with_this_process(&mut command);
+    let forks = Forks::of(&program.path)?;
     signals::begin_program();
     let mut child = command.spawn()?;
     let id = signals::pass_on_to(&child);
@@ -73,7 +78,7 @@ pub(crate) fn run(
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
     let is_crash = status.code().is_none_or(signals::is_crash);
     let (status, word) = end_of(&name, program.entry, status);
-    let forks = end_forks(&program.path).then(|| format!("what {name} has left running was ended"));
+    let forks = forks.end().then(|| format!("what {name} has left running was ended"));
     let stopped = stop_left(&online, target);
     // All that it began has ended by its own last exchange. Without a transfer nobody knows what the outputs do.
     let is_off = online.has_begun() && stopped.is_empty() && !was_left;
@@ -92,13 +97,19 @@ fn say_meanwhile() -> (SyncSender<String>, Option<JoinHandle<()>>) {
     (to_say, thread::Builder::new().spawn(say).ok())
 }
 
-#[cfg(target_os = "linux")]
-use crate::forks::end as end_forks;
-
 /// Other systems do not show which processes these are.
 #[cfg(not(target_os = "linux"))]
-fn end_forks(_: &Path) -> bool {
-    false
+struct Forks;
+
+#[cfg(not(target_os = "linux"))]
+impl Forks {
+    fn of(_: &Path) -> io::Result<Self> {
+        Ok(Self)
+    }
+
+    fn end(&self) -> bool {
+        false
+    }
 }
 
 /// Stops the controllers that the program has left, and returns what is to be said of it.

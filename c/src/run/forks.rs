@@ -1,45 +1,79 @@
 //! The processes that a program has made by `fork` end with it. Such a process has a copy of the program's connection,
 //! so the controller does not notice the program's end, and the process may go on to drive with nobody who stops it.
 
-use std::fs;
-use std::path::Path;
+use std::collections::HashSet;
+use std::fs::{self, File};
+use std::io;
+use std::os::fd::AsRawFd;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
 /// How long they may take to end by themselves, and how long killing them is tried.
 const FAREWELL: Duration = Duration::from_secs(1);
 /// How often is looked at them.
-const LOOK: Duration = Duration::from_millis(10);
+const LOOK: Duration = Duration::from_millis(5);
+/// None are left when so many looks in a row find none: one look may miss a process that another one has made, which
+/// ends, while it goes through all processes.
+const EMPTY_LOOKS: u32 = 3;
 
-/// Ends all processes that are this program, which itself has ended. Returns whether there were any.
-pub(crate) fn end(program: &Path) -> bool {
-    let Ok(program) = program.canonicalize() else { return false };
-    let send = |all: &[libc::pid_t], signal| {
-        // SAFETY: a call without pointers. One that has just ended needs no signal.
-        all.iter().for_each(|one| _ = unsafe { libc::kill(*one, signal) });
-    };
-    let mut left = processes(&program);
-    let had_any = !left.is_empty();
-    for signal in [libc::SIGTERM, libc::SIGKILL] {
-        send(&left, signal);
-        let begun = Instant::now();
-        while !left.is_empty() && begun.elapsed() < FAREWELL {
-            thread::sleep(LOOK);
-            left = processes(&program);
-            if signal == libc::SIGKILL {
-                // Others may have been made meanwhile.
-                send(&left, signal);
+/// The file of a program, by which the processes that are this program are known.
+pub(crate) struct Forks(File);
+
+impl Forks {
+    /// While the file has the name that it was made with: the program may change it, or remove it.
+    pub(crate) fn of(program: &Path) -> io::Result<Self> {
+        File::open(program).map(Self)
+    }
+
+    /// Ends all processes that are this program, which itself has ended. Returns whether there were any.
+    pub(crate) fn end(&self) -> bool {
+        let mut had_any = false;
+        for signal in [libc::SIGTERM, libc::SIGKILL] {
+            let (begun, mut has_it, mut empty_looks) = (Instant::now(), HashSet::new(), 0);
+            while begun.elapsed() < FAREWELL {
+                let mut send = |process| {
+                    if has_it.insert(process) {
+                        // SAFETY: a call without pointers. One that has just ended needs no signal.
+                        unsafe { libc::kill(process, signal) };
+                    }
+                };
+                // Each gets it as soon as it is found: it may soon be another one.
+                let found = self.processes().map(&mut send).count() > 0;
+                had_any |= found;
+                empty_looks = if found { 0 } else { empty_looks + 1 };
+                if empty_looks == EMPTY_LOOKS {
+                    return had_any;
+                }
+                thread::sleep(LOOK);
             }
         }
+        had_any
     }
-    had_any
+
+    /// The processes that are this program. One that has become another program is none of them, and has no connection.
+    fn processes(&self) -> impl Iterator<Item = libc::pid_t> {
+        // The system names a file alike for both, also one that was renamed or removed. It asks no file system for it,
+        // which may be one that does not answer.
+        let program = fs::read_link(format!("/proc/self/fd/{}", self.0.as_raw_fd())).ok();
+        let names = fs::read_dir("/proc").into_iter().flatten().flatten();
+        let processes = names.filter_map(|process| process.file_name().to_str()?.parse().ok());
+        processes.filter(move |process| program.is_some() && program == file_of(*process))
+    }
 }
 
-/// The processes that are this program. One that has become another program is none of them, and has no connection.
-fn processes(program: &Path) -> Vec<libc::pid_t> {
-    let names = fs::read_dir("/proc").into_iter().flatten().flatten();
-    let is_it = |process: &fs::DirEntry| {
-        fs::read_link(process.path().join("exe")).is_ok_and(|path| path == program)
-    };
-    names.filter(is_it).filter_map(|process| process.file_name().to_str()?.parse().ok()).collect()
+/// The name of the file that a process runs.
+fn file_of(process: libc::pid_t) -> Option<PathBuf> {
+    let process = PathBuf::from(format!("/proc/{process}"));
+    let of = |place: &Path| fs::read_link(place.join("exe"));
+    match of(&process) {
+        Ok(file) => Some(file),
+        // Of another user.
+        Err(error) if error.kind() == io::ErrorKind::PermissionDenied => None,
+        // Its first thread may have ended; the others know it.
+        Err(_) => {
+            let mut threads = fs::read_dir(process.join("task")).into_iter().flatten().flatten();
+            threads.find_map(|thread| of(&thread.path()).ok())
+        }
+    }
 }

@@ -411,16 +411,21 @@ fn what_a_program_has_made_by_fork_ends_with_it() {
     if !has_compiler() {
         return;
     }
-    for (kind, last) in [("-DFORK", true), ("-DDAEMON", false)] {
+    let kinds = [
+        ("-DFORK", true),
+        ("-DDAEMON", false),
+        ("-DFORK -DRENAMED", true),
+        ("-DFORK -DREMOVED", true),
+        ("-DFORK -DTHREAD", true),
+        ("-DCHAIN", true),
+    ];
+    for (kind, last) in kinds {
         let txt = txt().start().unwrap();
         let ended = run_on(&txt, "pc.c", kind).end();
-        assert_eq!(ended.status, Some(4), "{ended:?}");
-        assert!(ended.err.contains("what pc has left running was ended"), "{ended:?}");
-        assert_eq!(
-            ended.err.contains("tx_run has sent it: all outputs are off"),
-            last,
-            "{ended:?}"
-        );
+        assert_eq!(ended.status, Some(4), "{kind}: {ended:?}");
+        assert!(ended.err.contains("what pc has left running was ended"), "{kind}: {ended:?}");
+        let sent = ended.err.contains("tx_run has sent it: all outputs are off");
+        assert_eq!(sent, last, "{kind}: {ended:?}");
         wait_stopped(&txt);
         assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty), [0; 8]);
     }

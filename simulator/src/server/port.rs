@@ -163,6 +163,9 @@ impl Port {
     }
 }
 
+/// How often is read at most to find the end of what a client has sent.
+const MOST_READS: usize = 100;
+
 /// The connection with the client that a port serves.
 pub(crate) struct Link {
     stream: TcpStream,
@@ -196,9 +199,16 @@ impl Link {
         }
     }
 
-    /// Whether the client has not closed the connection. What it sent may get lost.
+    /// Whether the client has not closed the connection. What it sent before gets lost; one that sends without end has
+    /// not closed it.
     pub(crate) fn is_open(&mut self) -> bool {
-        !matches!(self.try_read(&mut [0; 64]), Ok(Some(0)) | Err(_))
+        (0..MOST_READS)
+            .find_map(|_| match self.try_read(&mut [0; 64]) {
+                Ok(Some(0)) | Err(_) => Some(false),
+                Ok(None) => Some(true),
+                Ok(Some(_)) => None,
+            })
+            .unwrap_or(true)
     }
 
     /// Waits for a change of any kind, at most until the deadline. May end without any.
@@ -345,5 +355,28 @@ impl From<Stopped> for End {
 impl From<io::Error> for End {
     fn from(error: io::Error) -> Self {
         Self::Broken(error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::Machine;
+
+    #[test]
+    fn what_a_client_has_sent_before_it_closed_hides_no_end() {
+        let shared = Arc::new(Shared::new(Machine::new(0)));
+        let port = Port::new(shared, "camera", true).unwrap();
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let mut client = std::net::TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let (stream, _) = listener.accept().unwrap();
+        stream.set_nonblocking(true).unwrap();
+        let mut link = Link::new(&port, TcpStream::from_std(stream)).unwrap();
+        assert!(link.is_open());
+        client.write_all(&[0; 300]).unwrap();
+        assert!(link.is_open());
+        client.write_all(&[0; 300]).unwrap();
+        drop(client);
+        assert!(!link.is_open());
     }
 }

@@ -28,6 +28,11 @@ impl Ftrobopy {
         python.map(|python| Self { python })
     }
 
+    /// Where it is.
+    pub(crate) fn python(&self) -> &str {
+        &self.python
+    }
+
     /// Runs a scenario of the script; returns what it read.
     pub(crate) fn run(&self, program: &mut Program, scenario: &str, exchange: Exchange) -> Value {
         let script = concat!(env!("CARGO_MANIFEST_DIR"), "/interop/ftrobopy_scenarios.py");

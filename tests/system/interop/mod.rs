@@ -16,6 +16,7 @@ mod inputs;
 mod mistakes;
 mod motors;
 mod own;
+mod page;
 mod services;
 mod sessions;
 mod through_watch;

@@ -14,6 +14,7 @@ use super::report::{json, say, Complaint, Master, PublishedEvent, Stage, State};
 use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
 use super::values::{Noise, Values};
 use crate::commands::stop_all;
+use crate::lines::Rarely;
 
 /// How long the last messages may take to the broker.
 const LEAVE_LIMIT: Duration = Duration::from_secs(2);
@@ -50,6 +51,8 @@ pub(crate) struct Relay {
     untold: Option<String>,
     /// What was printed about the broker last.
     printed: Option<String>,
+    /// For another bridge on this topic, which may send as much as it likes.
+    another: Rarely,
     /// Whether the motors were stopped because a command was too old, and this was not published yet.
     too_late: bool,
 }
@@ -79,6 +82,7 @@ impl Relay {
             heard: Instant::now(),
             untold: None,
             printed: None,
+            another: Rarely::default(),
             too_late: false,
         }
     }
@@ -267,7 +271,7 @@ impl Relay {
     fn look_for_another_bridge(&mut self, payload: &[u8]) {
         let reported: serde_json::Value = serde_json::from_slice(payload).unwrap_or_default();
         let other = reported["bridge"].as_str().filter(|bridge| *bridge != self.state.bridge);
-        if other.is_some() && reported["state"] != "gone" {
+        if other.is_some() && reported["state"] != "gone" && self.another.is_due() {
             let topic = self.setup.topics.of(STATE);
             let error = format!(
                 "another bridge uses this topic ({}); if it still runs, give each its own --name",

@@ -1,6 +1,6 @@
 //! A controller that another program drives through this one: it only looks.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -40,8 +40,11 @@ pub(crate) struct Watched {
     /// The connection of which the camera's last picture is.
     pictures: u64,
     is_unclear: bool,
-    name: Option<String>,
-    firmware: Option<String>,
+    /// Name and firmware, as the controller has said them on each open connection. A program need not ask for them, and
+    /// the next connection may be to another controller.
+    said: BTreeMap<u64, (String, String)>,
+    /// The one that is shown.
+    controller: Option<(String, String)>,
     error: Option<Problem>,
     areas: Vec<FishX1Transfer>,
     cycle_ms: f64,
@@ -73,8 +76,8 @@ impl Watched {
             drives: None,
             pictures: 0,
             is_unclear: false,
-            name: None,
-            firmware: None,
+            said: BTreeMap::new(),
+            controller: None,
             error: None,
             areas: vec![FishX1Transfer::default()],
             cycle_ms: 0.0,
@@ -120,15 +123,20 @@ impl Watched {
             Happened::Closed => {
                 self.programs = self.programs.saturating_sub(1);
                 self.is_unclear &= self.programs > 0;
+                self.said.remove(&seen.connection);
             }
             Happened::Controller { name, firmware } => {
-                self.name = Some(name.clone());
-                self.firmware = Some(firmware.to_string());
+                let said = (name.clone(), firmware.to_string());
+                if is_shown {
+                    self.controller = Some(said.clone());
+                }
+                self.said.insert(seen.connection, said);
             }
             Happened::Online => {
                 // A controller has one client: the one before has lost it.
                 self.gaps += u64::from(!is_shown);
                 self.drives = Some(seen.connection);
+                self.controller = self.said.get(&seen.connection).cloned();
                 (self.error, self.is_unclear) = (None, false);
                 (self.histogram, self.answers) = Default::default();
                 (self.cycles, self.late, self.forgotten) = (0, 0, 0);
@@ -216,12 +224,13 @@ impl Watched {
         });
         let (answer, commands, shut) = (self.answers.state(), self.commands, self.gate.is_shut());
         let watched = WatchedState { answer, commands, i2c, shut };
+        let (name, firmware) = self.controller.clone().unzip();
         let state = HostState {
             at: self.common.begin.elapsed().as_millis(),
             link: Link {
                 phase,
-                name: self.name.clone(),
-                firmware: self.firmware.clone(),
+                name,
+                firmware,
                 error: self.error.as_ref(),
                 cycle_ms: self.cycle_ms,
                 histogram: self.histogram.bins(),

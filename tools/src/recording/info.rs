@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 use super::clock;
-use super::survey::{Later, Survey};
+use super::survey::Survey;
 use crate::print;
 
 /// How many errors, and how many changes of the controller, are listed.
@@ -46,8 +46,9 @@ fn text(survey: &Survey) -> String {
     };
     let [name, firmware] = survey.controller();
     line("controller", format!("{name}{at}, firmware {firmware}"));
-    for Later { since, device_name, firmware } in survey.later_controllers.iter().take(LISTED) {
-        line("", format!("from {since:.2} s on {device_name}, firmware {firmware}"));
+    for later in survey.later_controllers.iter().take(LISTED) {
+        let [name, firmware] = later.controller();
+        line("", format!("from {:.2} s on {name}, firmware {firmware}", later.since));
     }
     if survey.later_controllers.len() > LISTED {
         line("", format!("and {} more changes", survey.later_controllers.len() - LISTED));

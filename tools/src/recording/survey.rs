@@ -20,10 +20,10 @@ pub(crate) struct Survey {
     pub(crate) started: f64,
     pub(crate) seconds: f64,
     pub(crate) bytes: u64,
-    /// Empty, as the firmware, when the program has not asked for it, or the beginning was lost.
+    /// Of the first controller. Empty, as the firmware, when the program has not asked for it, or the beginning was lost.
     pub(crate) device_name: String,
     pub(crate) firmware: String,
-    /// Others that have answered later.
+    /// Those that have answered later, by name and firmware.
     pub(crate) later_controllers: Vec<Later>,
     pub(crate) address: String,
     pub(crate) areas: usize,
@@ -55,6 +55,17 @@ pub(crate) struct Later {
     pub(crate) since: f64,
     pub(crate) device_name: String,
     pub(crate) firmware: String,
+}
+
+impl Later {
+    /// Name and firmware, for people.
+    pub(crate) fn controller(&self) -> [&str; 2] {
+        known(&self.device_name, &self.firmware)
+    }
+}
+
+fn known<'a>(device_name: &'a str, firmware: &'a str) -> [&'a str; 2] {
+    [device_name, firmware].map(|reported| if reported.is_empty() { UNKNOWN } else { reported })
 }
 
 impl Survey {
@@ -107,13 +118,7 @@ impl Survey {
 
     /// Name and firmware, for people.
     pub(crate) fn controller(&self) -> [&str; 2] {
-        [&*self.device_name, &self.firmware].map(|reported| {
-            if reported.is_empty() {
-                UNKNOWN
-            } else {
-                reported
-            }
-        })
+        known(&self.device_name, &self.firmware)
     }
 
     fn count(&mut self, cycle: &Cycle, (count, total): &mut (u32, Duration)) {
@@ -140,12 +145,13 @@ impl Survey {
             Some(later) => (&*later.device_name, &*later.firmware),
             None => (&*self.device_name, &*self.firmware),
         };
-        let (nobody, now) = (("", ""), (device_name, firmware));
-        if now == nobody || now == before {
+        if (device_name, firmware) == before {
             return;
         }
+        // Without an address no beginning was read.
+        let is_first = before == ("", "") && self.address.is_empty();
         let (device_name, firmware) = (device_name.to_owned(), firmware.to_owned());
-        if before == nobody {
+        if is_first {
             (self.device_name, self.firmware) = (device_name, firmware);
         } else {
             let since = at.as_secs_f64();
@@ -160,7 +166,8 @@ impl Survey {
                 self.address.clone_from(address);
                 return;
             }
-            Transfer::Restored { device_name, firmware, .. } => {
+            // Older files have no names there.
+            Transfer::Restored { device_name, firmware, .. } if !device_name.is_empty() => {
                 self.answers(device_name, firmware, at);
                 return;
             }

@@ -1,5 +1,6 @@
 //! What passes, into a recording.
 
+use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::time::{Duration, Instant};
 
@@ -36,8 +37,9 @@ pub(super) struct Record {
     feed: Feed,
     frames: FrameSink,
     address: String,
-    /// Name and firmware, as the controller has said them last. A program need not ask for them.
-    controller: Option<(String, String)>,
+    /// Name and firmware, as the controller has said them on each open connection. A program need not ask for them, and
+    /// the next connection may be to another controller.
+    controllers: BTreeMap<u64, (String, String)>,
     /// The first cycle is still to come.
     begins: bool,
     /// Why what passes is not understood any more.
@@ -131,7 +133,7 @@ impl Record {
             feed,
             frames,
             address: address.to_string(),
-            controller: None,
+            controllers: BTreeMap::new(),
             begins: false,
             unclear: None,
             halted: None,
@@ -144,8 +146,13 @@ impl Record {
     }
 
     pub(super) fn take(&mut self, seen: &Seen) {
-        if let Happened::Controller { name, firmware } = &seen.what {
-            self.controller = Some((name.clone(), firmware.to_string()));
+        match &seen.what {
+            Happened::Controller { name, firmware } => {
+                let said = (name.clone(), firmware.to_string());
+                self.controllers.insert(seen.connection, said);
+            }
+            Happened::Closed => drop(self.controllers.remove(&seen.connection)),
+            _ => {}
         }
         match seen.line {
             Line::Main if self.drives.is_none_or(|number| number == seen.connection) => {
@@ -260,7 +267,8 @@ impl Record {
         self.unanswered.take_if(|unanswered| unanswered.cycles > 1);
         self.beyond.answered();
         if std::mem::take(&mut self.begins) {
-            let (device_name, firmware) = self.controller.clone().unwrap_or_default();
+            let (device_name, firmware) =
+                self.controllers.get(&seen.connection).cloned().unwrap_or_default();
             let (address, areas) = (self.address.clone(), cycle.areas.len());
             let began = Transfer::Began { device_name, firmware, address, areas };
             self.feed.transfer(seen.at, began);

@@ -3,6 +3,8 @@
 use std::env;
 use std::io::{self, BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
+#[cfg(unix)]
+use std::os::{fd::OwnedFd, unix::net::UnixStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Condvar, Mutex};
@@ -194,14 +196,20 @@ impl Bridge {
         Self { child, lines }
     }
 
-    /// With pipes that nobody reads: like a terminal that is paused.
+    /// With an error output that is full and that nobody reads, until the socket is dropped: like a terminal that is
+    /// paused.
+    #[cfg(unix)]
     pub(crate) fn start_unread<'a>(
         broker: u16,
         arguments: impl IntoIterator<Item = &'a str>,
-    ) -> Self {
+    ) -> (Self, UnixStream) {
+        let (unread, mut full) = UnixStream::pair().unwrap();
+        full.set_nonblocking(true).unwrap();
+        while full.write(&[b'\n'; 1024]).is_ok() {}
+        full.set_nonblocking(false).unwrap();
         let mut command = Self::command(broker, arguments);
-        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-        Self { child, lines: Incoming::new() }
+        let child = command.stderr(OwnedFd::from(full)).spawn().unwrap();
+        (Self { child, lines: Incoming::new() }, unread)
     }
 
     fn command<'a>(broker: u16, arguments: impl IntoIterator<Item = &'a str>) -> Command {
@@ -213,6 +221,11 @@ impl Bridge {
     /// Waits until it prints a line with this text, counted from its start.
     pub(crate) fn wait_for(&self, text: &str) -> String {
         self.lines.wait(text, 0, |line| line.contains(text).then(|| line.clone()))
+    }
+
+    /// How many lines with this text it has printed so far.
+    pub(crate) fn count(&self, text: &str) -> usize {
+        self.lines.all.lock().unwrap().iter().filter(|line| line.contains(text)).count()
     }
 
     pub(crate) fn interrupt(&self) {

@@ -1,41 +1,31 @@
 //! What the bridge prints, and who waits for it: nobody.
 
 use ft_transfer_area_simulator::SimulatedTxt;
-use serde_json::json;
+use serde_json::{json, Value};
 
 use super::support::{is_state, m1, wait_machine, Bridge, Broker, Listener};
 
-/// What another bridge of the same name would say. It is printed, and published as an error.
+/// What another bridge of the same name would say. An answer is printed, and published as an error.
 fn other_bridge(number: usize, host: &str) -> String {
     json!({"state": "online", "bridge": number.to_string(), "host": host}).to_string()
 }
 
-#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
+fn is_about_the_state(error: &Value) -> bool {
+    error["topic"] == "ft/press/state"
+}
+
+#[cfg(unix)]
 #[test]
 fn a_paused_terminal_delays_neither_a_stop_nor_the_end() {
-    // More than a pipe and the bridge keep.
-    const LINES: usize = 2000;
-    // Fewer than may come at once.
-    const AT_ONCE: usize = 200;
     let Some(broker) = Broker::start() else { return };
     let txt = SimulatedTxt::builder().start().unwrap();
     let host = txt.address().to_string();
     let arguments = [&*host, "--name", "press", "--master-limit", "0"];
-    let mut bridge = Bridge::start_unread(broker.port, arguments);
+    let (mut bridge, _unread) = Bridge::start_unread(broker.port, arguments);
     let listener = Listener::new(&broker);
     listener.wait(0, "ft/press/state", is_state("online"));
-    for number in 0..LINES {
-        let from = listener.now();
-        listener.send("ft/press/state", other_bridge(number, &format!("number {number} ")));
-        if number % AT_ONCE == 0 {
-            let right = |reported: &serde_json::Value| {
-                reported["error"]
-                    .as_str()
-                    .is_some_and(|error| error.contains(&format!(" {number} ")))
-            };
-            listener.wait(from, "ft/press/error", right);
-        }
-    }
+    listener.send("ft/press/state", other_bridge(1, "h"));
+    listener.wait(0, "ft/press/error", is_about_the_state);
     for duty in [200, 300] {
         listener.send("ft/press/M1/set", format!("{{\"duty\": {duty}}}"));
         wait_machine(&txt, "M1 turns", |machine| m1(machine) == duty);
@@ -48,6 +38,29 @@ fn a_paused_terminal_delays_neither_a_stop_nor_the_end() {
     assert!(bridge.wait().success());
     wait_machine(&txt, "M1 is stopped", |machine| !machine.online() && m1(machine) == 0);
     listener.wait(0, "ft/press/state", is_state("gone"));
+}
+
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
+#[test]
+fn another_bridge_that_says_much_is_told_seldom() {
+    // Fewer than may come at once.
+    const MESSAGES: usize = 500;
+    let Some(broker) = Broker::start() else { return };
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let host = txt.address().to_string();
+    let bridge = Bridge::start(broker.port, [&*host, "--name", "press"]);
+    let listener = Listener::new(&broker);
+    listener.wait(0, "ft/press/state", is_state("online"));
+    for number in 0..MESSAGES {
+        listener.send("ft/press/state", other_bridge(number, &number.to_string()));
+    }
+    listener.send("ft/press/M1/speed", "");
+    listener.wait(0, "ft/press/error", |reported| reported["topic"] == "ft/press/M1/speed");
+    bridge.wait_for("another bridge uses this topic");
+    let reported = listener.all("ft/press/error").into_iter().filter(is_about_the_state).count();
+    let printed = bridge.count("another bridge uses this topic");
+    // One for each minute that this has taken.
+    assert!(reported < MESSAGES / 20 && printed < MESSAGES / 20, "{reported} {printed}");
 }
 
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]

@@ -167,6 +167,8 @@ fn what_is_wrong_is_told_in_a_sentence_and_stops_the_motors_of_the_driver() {
     for garbage in ["", "{", "\u{0}\u{1}", "[[[[", "{\"do\":7}", "null"] {
         looks.send(garbage);
         assert_eq!(looks.next_error(), "bad_message", "{garbage:?}");
+        // It still drives, and shows that it is there.
+        page.done(json!({"do": "motor", "motor": 0, "duty": 400}));
     }
     assert_eq!(page.refused(json!({"do": "motor", "host": 7, "motor": 0, "duty": 1})), "no_host");
     assert!(turns(400), "a page that only looks can't stop a motor by garbage");

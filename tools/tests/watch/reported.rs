@@ -9,9 +9,11 @@ use ft_transfer_area_recorder::{FailureKind, Transfer};
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 use serde_json::json;
 
+use super::away::{at_free_ports, started};
 use super::clients::transfers;
 use super::support::{KitClient, Watch};
 use super::LIMIT;
+use crate::panel::page::is_running;
 use crate::recording::{run, txt};
 use crate::running::Running;
 
@@ -144,4 +146,39 @@ fn a_recording_has_no_version_that_nobody_has_asked_for() {
     assert!(info.starts_with("controller   unknown at 127.0.0.1, firmware unknown\n"), "{info}");
     let replay = Running::start(&mut txt(&["replay", path, "--port", "0"]));
     assert!(replay.line().contains("(unknown, firmware unknown, 1 cycles)"));
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn page_and_recording_have_the_controller_that_each_program_itself_was_told() {
+    let first = at_free_ports(|port| SimulatedTxt::builder().port(port).device_name("FIRST"));
+    let (address, port) = (first.address(), first.port());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let watch = Watch::start(address, &["--record", path.to_str().unwrap()]);
+    let mut page = watch.page();
+    let mut drive = |mut program: KitClient, name| {
+        program.exchange([0; 8]);
+        page.state(0, |state| is_running(state) && state["link"]["name"] == name);
+        program.end();
+        page.state(0, |state| !is_running(state));
+    };
+    drive(KitClient::over(watch.connect()), json!("FIRST"));
+    drop(first);
+    let _second = started(|| SimulatedTxt::builder().port(port).device_name("SECOND"));
+    drive(KitClient::without_question(watch.connect()), json!(null));
+    drive(KitClient::over(watch.connect()), json!("SECOND"));
+    watch.running.signal("INT");
+    assert!(watch.running.end().status.success());
+    let names = transfers(&path).into_iter().filter_map(|transfer| match transfer {
+        Transfer::Began { device_name, .. } => Some(device_name),
+        _ => None,
+    });
+    assert_eq!(names.collect::<Vec<_>>(), ["FIRST", "", "SECOND"]);
+
+    let info = String::from_utf8(run(&["info", path.to_str().unwrap()]).stdout).unwrap();
+    let mut lines = info.lines();
+    assert!(lines.next().unwrap().starts_with("controller   FIRST at 127.0.0.1, "), "{info}");
+    assert!(lines.next().unwrap().ends_with(" s on unknown, firmware unknown"), "{info}");
+    assert!(lines.next().unwrap().ends_with(" s on SECOND, firmware 4.7.0"), "{info}");
 }

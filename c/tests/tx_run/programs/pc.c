@@ -1,11 +1,17 @@
 /* A PC program: turns M1 until I1 is pressed, and ends without a call for it. With DEAF it ignores Ctrl-C, and with
    DEFAULT it has no chance to stop the motor. With WAITS its end never comes, because a function of atexit waits, by a
    return from main, and with EXIT by a call. With FORK and DAEMON another process goes on when the first one has ended
-   by `_exit`: one that only waits, and one that drives. With CONTROL it has a function for Ctrl-C that handles the
-   first one. With KILLED it kills itself. With COMMAND it runs that for a long time. */
+   by `_exit`: one that only waits, and one that drives. With RENAMED and REMOVED the program's file has another name or
+   none before the one that waits is made; with THREAD a thread waits there, and main has ended. With CHAIN it is a new
+   one every 20 ms. With CONTROL it has a function for Ctrl-C that handles the first one. With KILLED it kills itself.
+   With COMMAND it runs that for a long time. */
+#ifdef THREAD
+#include <pthread.h>
+#endif
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 #include <windows.h>
 #include "ROBO_TX_FW.h"
@@ -17,6 +23,14 @@ static void wait_for_ever(void)
     for (;;)
         pause();
 }
+
+#ifdef THREAD
+static void *wait_in_thread(void *unused)
+{
+    wait_for_ever();
+    return unused;
+}
+#endif
 
 #ifdef CONTROL
 static BOOL WINAPI on_control(DWORD event)
@@ -34,6 +48,12 @@ int main(int argc, char *argv[])
     HANDLE device;
     INT16 value = 0;
     BOOL32 overrun = 0;
+#if defined(RENAMED) || defined(REMOVED)
+    char file[1000] = "", other[1010];
+#endif
+#ifdef CHAIN
+    int i;
+#endif
 
 #ifdef DEAF
     signal(SIGINT, SIG_IGN);
@@ -62,10 +82,33 @@ int main(int argc, char *argv[])
 #ifdef DEFAULT
     signal(SIGINT, SIG_DFL);
 #endif
-#ifdef FORK
+#ifdef RENAMED
+    file[readlink("/proc/self/exe", file, sizeof file - 1)] = 0;
+    rename(file, strcat(strcpy(other, file), ".old"));
+#endif
+#ifdef REMOVED
+    file[readlink("/proc/self/exe", file, sizeof file - 1)] = 0;
+    unlink(file);
+#endif
+#ifdef CHAIN
     if (fork() == 0)
-        for (;;)
-            pause();
+        for (i = 0; i < 500; i++) {
+            usleep(20000);
+            if (fork() != 0)
+                _exit(0);
+        }
+    Sleep(100);
+    _exit(4);
+#endif
+#ifdef FORK
+    if (fork() == 0) {
+#ifdef THREAD
+        pthread_t thread;
+        pthread_create(&thread, NULL, wait_in_thread, NULL);
+        pthread_exit(NULL);
+#endif
+        wait_for_ever();
+    }
     Sleep(100);
     _exit(4);
 #endif

@@ -13,7 +13,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError};
 use ft_transfer_area::{FirmwareVersion, PORT};
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use super::survey::{Later, Survey};
+use super::survey::Survey;
 use super::whole::say_what_is_damaged;
 use crate::{interrupt, print};
 use player::{Player, Run};
@@ -55,9 +55,11 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         say_what_is_damaged(damage, &args.file);
     }
     anyhow::ensure!(survey.cycles > 0, "{} has no cycles to replay", args.file.display());
-    for Later { since, device_name, firmware } in survey.later_controllers.iter().take(1) {
+    if let Some(later) = survey.later_controllers.first() {
         log::warn!(
-            "from {since:.2} s on {device_name}, firmware {firmware}, answered; all is replayed as {}",
+            "from {:.2} s on {}, answered; all is replayed as {}",
+            later.since,
+            later.controller().join(", firmware "),
             survey.controller().join(", firmware ")
         );
     }
