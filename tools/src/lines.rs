@@ -121,11 +121,14 @@ impl Rarely {
 }
 
 /// Where the logger writes to.
-pub(crate) struct Log;
+#[derive(Default)]
+pub(crate) struct Log(Repeated);
 
 impl Write for Log {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        print(&String::from_utf8_lossy(bytes));
+        if let Some(text) = self.0.printed_now(&String::from_utf8_lossy(bytes), Instant::now()) {
+            print(&text);
+        }
         Ok(bytes.len())
     }
 
@@ -134,9 +137,48 @@ impl Write for Log {
     }
 }
 
+/// The last message. The same one again and again, as of a program that connects in a loop, is printed once a minute.
+#[derive(Default)]
+struct Repeated {
+    message: String,
+    printed: Option<Instant>,
+    /// How often it came since then.
+    more: u64,
+}
+
+impl Repeated {
+    /// What is printed for this message now.
+    fn printed_now(&mut self, message: &str, now: Instant) -> Option<String> {
+        let is_new = |last| now.saturating_duration_since(last) >= MINUTE;
+        if self.message == message && !self.printed.is_none_or(is_new) {
+            self.more += 1;
+            return None;
+        }
+        let more = match self.more {
+            0 => String::new(),
+            more => format!("the last message came {more} times more\n"),
+        };
+        *self = Self { message: message.to_owned(), printed: Some(now), more: 0 };
+        Some(more + message)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_message_that_is_repeated_is_printed_once_a_minute_with_how_often_it_came() {
+        let (mut repeated, begin) = (Repeated::default(), Instant::now());
+        let mut printed =
+            |seconds, message| repeated.printed_now(message, begin + Duration::from_secs(seconds));
+        assert_eq!(printed(0, "a"), Some("a".to_owned()));
+        assert_eq!((printed(1, "a"), printed(59, "a")), (None, None));
+        let again = "the last message came 2 times more\na".to_owned();
+        assert_eq!(printed(60, "a"), Some(again));
+        assert_eq!(printed(61, "b"), Some("b".to_owned()));
+        assert_eq!(printed(62, "a"), Some("a".to_owned()));
+    }
 
     #[test]
     fn lines_without_room_are_counted_where_they_are_missing() {

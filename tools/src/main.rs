@@ -82,7 +82,7 @@ const LOG: &str =
 
 fn main() -> ExitCode {
     let mut logger = env_logger::Builder::from_env(Env::default().default_filter_or(LOG));
-    logger.target(Target::Pipe(Box::new(lines::Log))).init();
+    logger.target(Target::Pipe(Box::new(lines::Log::default()))).init();
     interrupt::outlive_full_files();
     if std::env::args_os().len() == 1 {
         // Who asks for nothing has made no mistake. Where the text can't go, there is nobody to tell.

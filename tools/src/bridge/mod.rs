@@ -187,6 +187,11 @@ fn controllers(
             !name.is_empty() && ![topics::STOP, topics::HEARTBEAT].contains(&name.as_str()),
             "{name:?} can't be the name of a controller"
         );
+        // A prefix may be the topic of a controller, whose bridge removes what it does not publish.
+        anyhow::ensure!(
+            !topics::is_extension(name),
+            "{name:?} can't be the name of a controller: extensions are called so"
+        );
         ensure!(
             !names[..index].contains(name),
             "two controllers have the name {name:?}; give each another --name"

@@ -75,6 +75,11 @@ impl Topics {
     }
 }
 
+/// Whether an extension is called so.
+pub(crate) fn is_extension(name: &str) -> bool {
+    (1..=MAX_EXTENSIONS).any(|extension| name == format!("ext{extension}"))
+}
+
 /// A name as one level of a topic: what has a meaning in topics, and what is hard to type, becomes `-`.
 pub(crate) fn level(name: &str) -> String {
     let allowed = |c: char| c.is_alphanumeric() || "._:-[]".contains(c);

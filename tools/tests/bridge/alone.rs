@@ -27,6 +27,7 @@ fn wrong_arguments_are_a_sentence() {
         (&["--mqtt", "b", "txt", "txt"], "two controllers have the name \"txt\""),
         (&["--mqtt", "b", "--name", "a", "one", "two"], "2 controllers, but 1 times --name"),
         (&["--mqtt", "b", "--name", "stop", "one"], "\"stop\" can't be the name"),
+        (&["--mqtt", "b", "--name", "ext8", "one"], "extensions are called so"),
         (&["--mqtt", "b", "--user", "me", "one"], "the password of me is missing"),
         (&["--mqtt", "b", "--simulate", "moon"], "moon"),
         (&["--mqtt", "b", "--broker-limit", "5", "txt"], "5 is not in 2000..=60000"),
