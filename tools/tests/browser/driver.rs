@@ -49,6 +49,9 @@ fn installed() -> Result<Option<Installed>> {
     Ok(in_path(&BROWSERS).zip(driver).map(|(browser, driver)| Installed { browser, driver }))
 }
 
+/// How often the driver is started until it serves.
+const STARTS: usize = 5;
+
 /// One browser at a time: a page that the computer leaves alone for a second loses control, as it should.
 static BROWSER: Mutex<()> = Mutex::new(());
 
@@ -78,18 +81,29 @@ struct Driver {
 }
 
 impl Driver {
+    /// It ends at once when another program has the port that it finds, as that of IPv6: then it is started again.
     fn start(program: &Path) -> Result<Self> {
+        for _ in 0..STARTS {
+            if let Some(driver) = Self::start_once(program)? {
+                return Ok(driver);
+            }
+        }
+        bail!("{} ends without a port", program.display())
+    }
+
+    fn start_once(program: &Path) -> Result<Option<Self>> {
         let folder = tempfile::tempdir()?;
         let mut command = Command::new(program);
         // The variables of Unix and Windows.
         command.envs(["TMPDIR", "TMP", "TEMP"].map(|name| (name, folder.path())));
         let running = Running::start(command.arg("--port=0").stderr(Stdio::null()));
-        let port = loop {
-            if let Some((_, port)) = running.line().split_once("started successfully on port ") {
-                break port.trim().trim_end_matches('.').parse()?;
+        while let Some(line) = running.line_if_any() {
+            if let Some((_, port)) = line.split_once("started successfully on port ") {
+                let port = port.trim().trim_end_matches('.').parse()?;
+                return Ok(Some(Self { _running: running, port, _folder: folder }));
             }
-        };
-        Ok(Self { _running: running, port, _folder: folder })
+        }
+        Ok(None)
     }
 
     async fn client(&self, browser: &Path) -> Result<Client> {

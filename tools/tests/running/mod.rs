@@ -35,7 +35,12 @@ impl Running {
 
     /// The next line that it prints.
     pub(crate) fn line(&self) -> String {
-        self.lines.recv_timeout(LIMIT).expect("the program prints a line")
+        self.line_if_any().expect("the program prints a line")
+    }
+
+    /// The same; `None` when it prints no more.
+    pub(crate) fn line_if_any(&self) -> Option<String> {
+        self.lines.recv_timeout(LIMIT).ok()
     }
 
     #[cfg(target_os = "linux")]
