@@ -145,8 +145,9 @@ private:
             if (before.input.cnt_reset_cmd_id[i] != reset) {
                 call(area.reset[i], id, static_cast<Counter>(i), reset);
             }
-            /* The end of the extended mode is a command without a distance. */
-            if (before.input.motor_ex_cmd_id[i] != done && done == now.motor_id[i] && now.distance[i] != 0) {
+            /* The end of the extended mode is a command without a distance. The program may give it as soon as it sees
+               that this one is done, so its outputs are those of the exchange before. */
+            if (before.input.motor_ex_cmd_id[i] != done && done == before.motor_id[i] && before.distance[i] != 0) {
                 call(area.motor[i], id, static_cast<Motor>(i), count, done);
             }
         }

@@ -1,6 +1,7 @@
 //! Programs with FtTxtLib's class.
 
 use std::path::PathBuf;
+use std::process::Command;
 use std::sync::OnceLock;
 
 use ft_transfer_area::wire::IrRemote;
@@ -87,6 +88,14 @@ fn calls_do_what_they_say_and_refuse_what_they_can_not() {
     set_input(&txt, 7, 1);
     running.end().well();
     wait_offline(&txt);
+}
+
+#[test]
+fn a_distance_that_is_reached_is_told_however_soon_the_program_goes_on() {
+    let source = include_str!("programs/ex2_callbacks.cpp");
+    let Some(program) = compile("fttxtlib", "c++11", source, "ex2_callbacks") else { return };
+    let output = Command::new(program).output().unwrap();
+    assert!(output.status.success(), "{output:?}");
 }
 
 #[test]
