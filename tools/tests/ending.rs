@@ -7,7 +7,8 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area::wire::CommandId;
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use nix::pty::{openpty, OpenptyResult};
 use nix::sys::termios::{tcflow, FlowArg};
 use tempfile::TempDir;
@@ -172,7 +173,9 @@ fn ends_well(arguments: &[&str], room: usize) -> bool {
     command.args(arguments).arg(txt.address().to_string()).stdin(Stdio::null());
     command.stdout(File::options().write(true).open(path).unwrap());
     let mut child = Killed(command.spawn().unwrap());
-    assert!(txt.wait_until(|machine| machine.online(), DEADLINE));
+    // It may be online for a moment only.
+    let was_online = |machine: &Machine| machine.commands().any(|it| it == CommandId::StartOnline);
+    assert!(txt.wait_until(was_online, DEADLINE));
     let id = child.0.id().to_string();
     assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
     let status = child.0.wait().unwrap();
