@@ -1,5 +1,6 @@
 //! What has happened on the connections between a program and a controller, for everything that reports it.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
 use std::net::SocketAddr;
@@ -44,6 +45,28 @@ impl Side {
             Self::Program => "program",
             Self::Controller => "controller",
         }
+    }
+}
+
+/// Name and firmware, as the controller has said them on each open connection. A program need not ask for them, and the
+/// next connection may be to another controller.
+#[derive(Debug, Default)]
+pub(crate) struct Controllers(BTreeMap<u64, (String, String)>);
+
+impl Controllers {
+    pub(crate) fn take(&mut self, seen: &Seen) {
+        match &seen.what {
+            Happened::Controller { name, firmware } => {
+                self.0.insert(seen.connection, (name.clone(), firmware.to_string()));
+            }
+            Happened::Closed => drop(self.0.remove(&seen.connection)),
+            _ => {}
+        }
+    }
+
+    /// `None` when the program of this connection has not asked.
+    pub(crate) fn of(&self, connection: u64) -> Option<(String, String)> {
+        self.0.get(&connection).cloned()
     }
 }
 

@@ -1,6 +1,6 @@
 //! A controller that another program drives through this one: it only looks.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -17,8 +17,8 @@ use super::state::{
 use crate::commands::stop_all;
 use crate::gate::Gate;
 use crate::seen::{
-    forgotten, halted, missed, no_answer, not_understood, unanswered, Cycle, Farewell, Gone,
-    Happened, I2cExchange, Line, Seen, FAREWELL_UNANSWERED,
+    forgotten, halted, missed, no_answer, not_understood, unanswered, Controllers, Cycle, Farewell,
+    Gone, Happened, I2cExchange, Line, Seen, FAREWELL_UNANSWERED,
 };
 
 /// Of how many answers the median is shown.
@@ -40,10 +40,8 @@ pub(crate) struct Watched {
     /// The connection of which the camera's last picture is.
     pictures: u64,
     is_unclear: bool,
-    /// Name and firmware, as the controller has said them on each open connection. A program need not ask for them, and
-    /// the next connection may be to another controller.
-    said: BTreeMap<u64, (String, String)>,
-    /// The one that is shown.
+    said: Controllers,
+    /// Name and firmware of the controller that is shown.
     controller: Option<(String, String)>,
     error: Option<Problem>,
     areas: Vec<FishX1Transfer>,
@@ -76,7 +74,7 @@ impl Watched {
             drives: None,
             pictures: 0,
             is_unclear: false,
-            said: BTreeMap::new(),
+            said: Controllers::default(),
             controller: None,
             error: None,
             areas: vec![FishX1Transfer::default()],
@@ -118,31 +116,25 @@ impl Watched {
 
     fn of_main(&mut self, seen: &Seen) {
         let is_shown = self.drives.is_none_or(|number| number == seen.connection);
+        self.said.take(seen);
         match &seen.what {
             Happened::Connected(_) => self.programs += 1,
             Happened::Closed => {
                 self.programs = self.programs.saturating_sub(1);
                 self.is_unclear &= self.programs > 0;
-                self.said.remove(&seen.connection);
-            }
-            Happened::Controller { name, firmware } => {
-                let said = (name.clone(), firmware.to_string());
-                if is_shown {
-                    self.controller = Some(said.clone());
-                }
-                self.said.insert(seen.connection, said);
             }
             Happened::Online => {
                 // A controller has one client: the one before has lost it.
                 self.gaps += u64::from(!is_shown);
                 self.drives = Some(seen.connection);
-                self.controller = self.said.get(&seen.connection).cloned();
+                self.controller = self.said.of(seen.connection);
                 (self.error, self.is_unclear) = (None, false);
                 (self.histogram, self.answers) = Default::default();
                 (self.cycles, self.late, self.forgotten) = (0, 0, 0);
             }
             // What follows is only about the connection that drives.
             _ if !is_shown => {}
+            Happened::Controller { .. } => self.controller = self.said.of(seen.connection),
             Happened::Command(_) => self.commands += 1,
             Happened::Offline(farewell) => {
                 self.drives = None;

@@ -1,6 +1,5 @@
 //! What passes, into a recording.
 
-use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::time::{Duration, Instant};
 
@@ -15,8 +14,8 @@ use super::changes::name;
 use crate::lines;
 use crate::recording::output::{discard, Output};
 use crate::seen::{
-    forgotten, halted, no_answer, Cycle, Farewell, Happened, Line, Seen, UnansweredExchanges,
-    FAREWELL_UNANSWERED, MISSED,
+    forgotten, halted, no_answer, Controllers, Cycle, Farewell, Happened, Line, Seen,
+    UnansweredExchanges, FAREWELL_UNANSWERED, MISSED,
 };
 
 /// How a transfer has ended that its program did not end.
@@ -37,9 +36,7 @@ pub(super) struct Record {
     feed: Feed,
     frames: FrameSink,
     address: String,
-    /// Name and firmware, as the controller has said them on each open connection. A program need not ask for them, and
-    /// the next connection may be to another controller.
-    controllers: BTreeMap<u64, (String, String)>,
+    controllers: Controllers,
     /// The first cycle is still to come.
     begins: bool,
     /// Why what passes is not understood any more.
@@ -133,7 +130,7 @@ impl Record {
             feed,
             frames,
             address: address.to_string(),
-            controllers: BTreeMap::new(),
+            controllers: Controllers::default(),
             begins: false,
             unclear: None,
             halted: None,
@@ -146,14 +143,7 @@ impl Record {
     }
 
     pub(super) fn take(&mut self, seen: &Seen) {
-        match &seen.what {
-            Happened::Controller { name, firmware } => {
-                let said = (name.clone(), firmware.to_string());
-                self.controllers.insert(seen.connection, said);
-            }
-            Happened::Closed => drop(self.controllers.remove(&seen.connection)),
-            _ => {}
-        }
+        self.controllers.take(seen);
         match seen.line {
             Line::Main if self.drives.is_none_or(|number| number == seen.connection) => {
                 self.of_main(seen);
@@ -267,8 +257,7 @@ impl Record {
         self.unanswered.take_if(|unanswered| unanswered.cycles > 1);
         self.beyond.answered();
         if std::mem::take(&mut self.begins) {
-            let (device_name, firmware) =
-                self.controllers.get(&seen.connection).cloned().unwrap_or_default();
+            let (device_name, firmware) = self.controllers.of(seen.connection).unwrap_or_default();
             let (address, areas) = (self.address.clone(), cycle.areas.len());
             let began = Transfer::Began { device_name, firmware, address, areas };
             self.feed.transfer(seen.at, began);

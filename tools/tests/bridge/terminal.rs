@@ -14,6 +14,15 @@ fn is_about_the_state(error: &Value) -> bool {
     error["topic"] == "ft/press/state"
 }
 
+/// A bridge with its controller, and somebody who listens.
+fn online(broker: &Broker) -> (SimulatedTxt, Bridge, Listener) {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let bridge = Bridge::start(broker.port, [&*txt.address().to_string(), "--name", "press"]);
+    let listener = Listener::new(broker);
+    listener.wait(0, "ft/press/state", is_state("online"));
+    (txt, bridge, listener)
+}
+
 #[cfg(unix)]
 #[test]
 fn a_paused_terminal_delays_neither_a_stop_nor_the_end() {
@@ -46,11 +55,7 @@ fn another_bridge_that_says_much_is_told_seldom() {
     // Fewer than may come at once.
     const MESSAGES: usize = 500;
     let Some(broker) = Broker::start() else { return };
-    let txt = SimulatedTxt::builder().start().unwrap();
-    let host = txt.address().to_string();
-    let bridge = Bridge::start(broker.port, [&*host, "--name", "press"]);
-    let listener = Listener::new(&broker);
-    listener.wait(0, "ft/press/state", is_state("online"));
+    let (_txt, bridge, listener) = online(&broker);
     for number in 0..MESSAGES {
         listener.send("ft/press/state", other_bridge(number, &number.to_string()));
     }
@@ -67,11 +72,7 @@ fn another_bridge_that_says_much_is_told_seldom() {
 #[test]
 fn lines_have_their_time_and_no_control_characters_of_others() {
     let Some(broker) = Broker::start() else { return };
-    let txt = SimulatedTxt::builder().start().unwrap();
-    let host = txt.address().to_string();
-    let bridge = Bridge::start(broker.port, [&*host, "--name", "press"]);
-    let listener = Listener::new(&broker);
-    listener.wait(0, "ft/press/state", is_state("online"));
+    let (_txt, bridge, listener) = online(&broker);
     let evil = "\u{1b}[2J\u{202e}\r\n\u{9b}31m";
     listener.send("ft/press/state", other_bridge(1, evil));
     let line = bridge.wait_for("another bridge uses this topic");

@@ -8,16 +8,11 @@ use serde_json::json;
 use super::page::is_running;
 use super::program::Panel;
 use super::LIMIT;
+use crate::watch::away::started;
 
 /// A simulated TXT at the ports of one that was there before.
 fn at(port: u16) -> SimulatedTxt {
-    let deadline = std::time::Instant::now() + LIMIT;
-    loop {
-        match SimulatedTxt::builder().port(port).start() {
-            Ok(txt) => return txt,
-            Err(error) => assert!(std::time::Instant::now() < deadline, "{error}"),
-        }
-    }
+    started(|| SimulatedTxt::builder().port(port))
 }
 
 #[test]
