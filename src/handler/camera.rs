@@ -11,9 +11,30 @@ use crate::error::Error;
 use crate::handler::com_handler::TransferAreaComHandler;
 use crate::handler::parts::camera_work::CameraCommand;
 use crate::handler::settings::Settings;
+use crate::handler::sync::MutexGuard;
 
 /// How long after its time limit the transfer thread may notice that the connection is lost.
 const NOTICE: Duration = Duration::from_secs(1);
+
+/// The time in which a thread starts or stops the camera, one after another. The transfer thread knows of those that wait
+/// for their turn, too.
+struct Turn<'a> {
+    handler: &'a TransferAreaComHandler,
+    stream: MutexGuard<'a, Option<CameraStream>>,
+}
+
+impl<'a> Turn<'a> {
+    fn new(handler: &'a TransferAreaComHandler) -> Self {
+        handler.areas().shared().come_to_camera();
+        Self { handler, stream: handler.camera.lock() }
+    }
+}
+
+impl Drop for Turn<'_> {
+    fn drop(&mut self) {
+        self.handler.areas().shared().leave_camera();
+    }
+}
 
 impl TransferAreaComHandler {
     /// Starts the camera and returns the channel in which its frames come in.
@@ -60,12 +81,13 @@ impl TransferAreaComHandler {
         let command = options.command()?;
         let shared = self.areas().shared();
         shared.state().transfer.check_running()?;
-        let mut camera = self.camera.lock();
+        let mut camera = Turn::new(self);
+        let camera = &mut camera.stream;
         if camera.as_ref().is_some_and(|stream| !stream.is_finished()) {
             return Err(Error::CameraAlreadyStarted);
         }
         // A stream that failed has left the controller's server running.
-        self.stop(&mut camera)?;
+        self.stop(camera)?;
         // A transfer is running, so there was a connection.
         let host = self.controller().and_then(|controller| controller.address);
         let host = host.ok_or(Error::NotStarted)?;
@@ -76,7 +98,7 @@ impl TransferAreaComHandler {
         let gap_limit = reconnect.map_or(Duration::ZERO, |_| limits.read + NOTICE);
         let (stream, frames) = CameraStream::start(server, options, gap_limit)?;
         shared.set_camera(Arc::clone(stream.control()));
-        *camera = Some(stream);
+        **camera = Some(stream);
         Ok(frames)
     }
 
@@ -90,7 +112,7 @@ impl TransferAreaComHandler {
     /// The error that ended the transfer meanwhile.
     #[doc(alias = "StopCamera")]
     pub fn stop_camera(&self) -> Result<(), Error> {
-        self.stop(&mut self.camera.lock())
+        self.stop(&mut Turn::new(self).stream)
     }
 
     fn stop(&self, stream: &mut Option<CameraStream>) -> Result<(), Error> {

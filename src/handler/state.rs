@@ -137,13 +137,14 @@ impl State {
 
     /// Whether a command is sent before the next request. After a gap it is sent after the first one.
     pub(crate) fn command_comes_first(&self) -> bool {
-        self.transfer.is_exchanging() && self.camera.asked_by().is_some()
+        self.transfer.is_exchanging() && self.camera.is_asked()
     }
 
-    /// In a gap: whether a thread waits for its command, and so for the first request, and no other one has the areas.
+    /// In a gap: whether a thread waits for its command, and so for the first request, and no thread has the areas that
+    /// does not wait for that, too.
     fn is_asked_for_by_command(&self) -> bool {
-        let is_alone = |thread| self.tickets.are_free_for(thread);
-        !self.transfer.is_exchanging() && self.camera.asked_by().is_some_and(is_alone)
+        let waits = |thread| self.camera.is_awaited_by(thread);
+        !self.transfer.is_exchanging() && self.camera.is_asked() && self.tickets.are_at_rest(waits)
     }
 
     /// The thread that may take the areas now.

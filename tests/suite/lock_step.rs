@@ -356,6 +356,39 @@ fn a_stop_does_not_wait_for_the_pause_before_the_camera() {
 }
 
 #[test]
+fn after_a_gap_threads_that_wait_for_the_camera_hold_nobody_back() {
+    let txt = machine().fault(Fault::at_response(5, FaultKind::Close { after: 0 }));
+    let txt = txt.start().unwrap();
+    let handler = handler_for(&txt).camera_port(txt.camera_port()).lock_step().reconnect(DEADLINE);
+    let handler = handler.build().unwrap();
+    let events = handler.areas().events(&[EventKind::ConnectionLost], 1).unwrap();
+    handler.begin_transfer().unwrap();
+    while handler.areas().wait_cycle().is_ok() {}
+    assert_eq!(events.receiver().len(), 1);
+    let areas = handler.areas().lock();
+    let (sender, done) = mpsc::channel();
+    let handler = &handler;
+    let started = thread::scope(|scope| {
+        let starts = scope.spawn(|| handler.start_camera(CameraOptions::default()).map(drop));
+        // Long enough for the first request, if it did not wait for this guard.
+        thread::sleep(Duration::from_millis(50));
+        assert!(!starts.is_finished(), "a request has left while a thread had the areas");
+        let guard = scope.spawn(move || {
+            let in_time = done.recv_timeout(DEADLINE).is_ok();
+            // Ends what waits without an end.
+            handler.end_transfer().unwrap();
+            in_time
+        });
+        handler.stop_camera().unwrap();
+        drop(areas);
+        sender.send(()).unwrap();
+        assert!(guard.join().unwrap(), "both threads wait for each other");
+        starts.join().unwrap()
+    });
+    started.unwrap();
+}
+
+#[test]
 fn a_gap_is_the_same_in_each_run() {
     let run = || {
         let fault = Fault::at_response(20, FaultKind::Close { after: 0 });

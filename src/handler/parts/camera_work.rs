@@ -25,8 +25,10 @@ pub(crate) struct CameraTask {
 /// The camera of a transfer.
 #[derive(Debug, Default)]
 pub(crate) struct CameraWork {
-    /// The program's command and the thread that waits for it, until it is done.
-    command: Option<(CameraCommand, ThreadId)>,
+    /// The threads that start or stop the camera: one after another has its command, the others wait for that.
+    callers: Vec<ThreadId>,
+    /// The program's command, until it is done.
+    command: Option<CameraCommand>,
     /// How the controller's camera server was started, while it is running.
     started: Option<StartCameraOnline>,
     /// After a gap, where the server is to be started again.
@@ -41,14 +43,29 @@ impl CameraWork {
         (self.command, self.started, self.restart_at) = (None, None, None);
     }
 
-    /// This thread of the program waits for a command from now on.
-    pub(crate) fn ask(&mut self, command: CameraCommand, thread: ThreadId) {
-        self.command = Some((command, thread));
+    /// This thread begins to start or stop the camera.
+    pub(crate) fn come(&mut self, thread: ThreadId) {
+        self.callers.push(thread);
     }
 
-    /// The thread that waits for a command.
-    pub(crate) fn asked_by(&self) -> Option<ThreadId> {
-        self.command.map(|(_, thread)| thread)
+    /// The thread has started or stopped the camera.
+    pub(crate) fn go(&mut self, thread: ThreadId) {
+        self.callers.retain(|caller| *caller != thread);
+    }
+
+    /// A thread of the program waits for a command from now on.
+    pub(crate) fn ask(&mut self, command: CameraCommand) {
+        self.command = Some(command);
+    }
+
+    /// Whether a thread waits for a command.
+    pub(crate) fn is_asked(&self) -> bool {
+        self.command.is_some()
+    }
+
+    /// Whether this thread waits for a command, its own or that of the thread before it.
+    pub(crate) fn is_awaited_by(&self, thread: ThreadId) -> bool {
+        self.is_asked() && self.callers.contains(&thread)
     }
 
     /// After a gap the camera comes first.
@@ -56,7 +73,7 @@ impl CameraWork {
         let restart = self.started.zip(self.restart_at.clone());
         let (command, restart_at) = match restart {
             Some((start, server)) => (CameraCommand::Start(start), Some(server)),
-            None => (self.command?.0, None),
+            None => (self.command?, None),
         };
         Some(CameraTask { command, restart_at })
     }
@@ -64,8 +81,8 @@ impl CameraWork {
     /// The program's command is done.
     pub(crate) fn command_is_done(&mut self) {
         match self.command.take() {
-            Some((CameraCommand::Start(start), _)) => self.started = Some(start),
-            Some((CameraCommand::Stop, _)) | None => self.started = None,
+            Some(CameraCommand::Start(start)) => self.started = Some(start),
+            Some(CameraCommand::Stop) | None => self.started = None,
         }
         // A gap before this command has left nothing to start again.
         self.restart_at = None;

@@ -246,11 +246,11 @@ impl Tickets {
             && self.list.iter().any(|ticket| ticket.owner == Owner::Thread && waits(ticket))
     }
 
-    /// Whether only this thread has the areas, or nobody has or wants them.
-    pub(crate) fn are_free_for(&self, thread: ThreadId) -> bool {
+    /// Whether the thread that has the areas `waits` for something else, or nobody has or wants them.
+    pub(crate) fn are_at_rest(&self, waits: impl Fn(ThreadId) -> bool) -> bool {
         let is_wanted =
             || self.list.iter().any(|ticket| matches!(ticket.stage, Stage::Wants { .. }));
-        self.holder().map_or_else(|| !is_wanted(), |hold| hold.thread.id() == thread)
+        self.holder().map_or_else(|| !is_wanted(), |hold| waits(hold.thread.id()))
     }
 
     // The cycle hook.

@@ -229,18 +229,30 @@ impl Shared {
         }
     }
 
+    /// This thread begins to start or stop the camera. In lock-step, a thread that has the areas may wait for another
+    /// one's command now.
+    pub(crate) fn come_to_camera(&self) {
+        self.state().camera.come(thread_id());
+        self.attended.notify_one();
+    }
+
+    /// The thread has started or stopped the camera.
+    pub(crate) fn leave_camera(&self) {
+        self.state().camera.go(thread_id());
+    }
+
     /// Makes the transfer thread send a command, and waits until that is done, also across a gap.
     pub(crate) fn run_command(&self, command: CameraCommand) -> Result<(), Error> {
         let mut state = self.state();
         state.transfer.check_running()?;
         let number = state.transfer.number();
-        state.camera.ask(command, thread_id());
+        state.camera.ask(command);
         if self.lock_step {
             self.attended.notify_one();
         }
         let goes_on =
             |state: &State| state.transfer.is_running() && state.transfer.number() == number;
-        while state.camera.asked_by().is_some() && goes_on(&state) {
+        while state.camera.is_asked() && goes_on(&state) {
             self.changed.wait(&mut state);
         }
         if goes_on(&state) {
