@@ -24,6 +24,7 @@ mod selftest;
 mod shell_files;
 mod simulate;
 mod stop;
+mod text_file;
 mod values;
 mod watch;
 mod web;
