@@ -12,6 +12,7 @@ mod guardian;
 mod interrupt;
 mod lesson;
 mod lines;
+mod names;
 mod open_files;
 mod panel;
 mod print;

@@ -26,7 +26,7 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<String> {
 }
 
 /// The line of the byte with this index, counted from 1.
-fn line_at(text: &[u8], index: usize) -> usize {
+pub(crate) fn line_at(text: &[u8], index: usize) -> usize {
     1 + text.iter().take(index).filter(|byte| **byte == b'\n').count()
 }
 
