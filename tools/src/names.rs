@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{anyhow, Context};
+use anyhow::{anyhow, ensure, Context};
 use ft_transfer_area::transfer_area::{MAX_AREAS, MAX_EXTENSIONS};
 use ft_transfer_area_recorder::Column;
+use serde::Serialize;
 use toml::de::{DeTable, DeValue};
 
 use crate::print;
@@ -23,14 +24,38 @@ pub(crate) struct File {
     path: Option<PathBuf>,
 }
 
+/// The option of a command for several controllers.
+#[derive(clap::Args)]
+pub(crate) struct Files {
+    /// Names for the terminals, in a TOML file; once for each HOST in order
+    #[arg(id = "names_files", long = "names", value_name = "FILE")]
+    paths: Vec<PathBuf>,
+}
+
 impl File {
     pub(crate) fn read(&self) -> anyhow::Result<Names> {
         self.path.as_deref().map_or_else(|| Ok(Names::default()), Names::load)
     }
 }
 
+impl Files {
+    /// The names for so many controllers.
+    pub(crate) fn read(&self, controllers: usize) -> anyhow::Result<Vec<Names>> {
+        if self.paths.is_empty() {
+            return Ok(vec![Names::default(); controllers]);
+        }
+        let given = self.paths.len();
+        ensure!(
+            given == controllers,
+            "there are {controllers} controllers, but {given} times --names; give each controller a file, or none"
+        );
+        self.paths.iter().map(|path| Names::load(path)).collect()
+    }
+}
+
 /// For each area that has some: names by terminal, such as I1.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[serde(transparent)]
 pub(crate) struct Names(BTreeMap<usize, BTreeMap<String, String>>);
 
 impl Names {

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::plot::recording;
 use crate::recording::{run, said};
 
-const NAMES: &str = "\
+pub(crate) const NAMES: &str = "\
 [master]
 I1 = \"<door>\"
 I2 = \"barrier, at the gate\"
@@ -20,7 +20,7 @@ I2 = \"button of the operator, at the door\"
 ";
 
 /// Writes the names into a folder, and returns the path.
-fn file(folder: &Path) -> String {
+pub(crate) fn file(folder: &Path) -> String {
     let path = folder.join("machine.toml");
     fs::write(&path, NAMES).unwrap();
     path.to_str().unwrap().to_owned()
@@ -76,8 +76,13 @@ fn a_wrong_file_of_names_ends_with_its_line() {
     let names = folder.path().join("machine.toml");
     fs::write(&names, "[master]\nI9 = \"door\"\n").unwrap();
     let names = names.to_str().unwrap();
-    let output = run(&["csv", path.to_str().unwrap(), "--names", names]);
-    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
-    let part = "line 2 of the names is wrong: master.I9: there is";
-    assert!(said(&output).contains(part), "{}", said(&output));
+    let panel = ["panel", "simulated", "simulated", "--no-browser"];
+    for (command, part) in [
+        (&["csv", path.to_str().unwrap()][..], "line 2 of the names is wrong: master.I9: there is"),
+        (&panel, "there are 2 controllers, but 1 times --names"),
+    ] {
+        let output = run(&[command, &["--names", names]].concat());
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        assert!(said(&output).contains(part), "{}", said(&output));
+    }
 }

@@ -11,6 +11,7 @@ use super::server;
 pub(crate) use super::watched::Watched;
 pub(crate) use super::world::Simulated;
 use crate::gate::Gate;
+use crate::names::Names;
 use crate::web::access::Token;
 use crate::web::browser::Opening;
 use crate::web::{self, Site};
@@ -57,12 +58,13 @@ pub(crate) fn lesson(
 /// A page that shows a controller which another program drives through this one. It is served until the program ends.
 pub(crate) fn watch(
     address: &str,
+    names: Names,
     gate: &Arc<Gate>,
     opens_browser: bool,
 ) -> anyhow::Result<(String, Watched, Opening)> {
     let common = Arc::new(Common::new());
     let (host, watched) = Host::watched(address, &common, gate);
-    let (url, opening) = show_hosts(vec![host], common, opens_browser)?;
+    let (url, opening) = show_hosts(vec![host.named(names)], common, opens_browser)?;
     Ok((url, watched, opening))
 }
 
