@@ -103,6 +103,16 @@ impl Names {
             None => full,
         }
     }
+
+    /// All of them by what follows prefix and name in a topic of the bridge, such as "ext1/M2".
+    pub(crate) fn by_topic(&self) -> BTreeMap<String, String> {
+        let all = self.0.iter().flat_map(|(area, names)| names.iter().map(move |it| (*area, it)));
+        let topic = |area: usize, terminal: &str| match area {
+            0 => terminal.to_owned(),
+            _ => format!("ext{area}/{terminal}"),
+        };
+        all.map(|(area, (terminal, name))| (topic(area, terminal), name.clone())).collect()
+    }
 }
 
 /// The index of an area by the name of its table.
