@@ -1,6 +1,6 @@
 //! What people call the terminals of a machine, in a small file. A name stands beside I1, never instead of it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, ensure, Context};
@@ -64,7 +64,7 @@ impl Names {
         text.and_then(|text| Self::parse(&text)).with_context(|| path.display().to_string())
     }
 
-    fn parse(text: &str) -> anyhow::Result<Self> {
+    pub(crate) fn parse(text: &str) -> anyhow::Result<Self> {
         let wrong = |at: usize, reason: String| {
             anyhow!("line {} of the names is wrong: {reason}", line_at(text.as_bytes(), at))
         };
@@ -102,6 +102,25 @@ impl Names {
             Some(name) => format!("{full} ({name})"),
             None => full,
         }
+    }
+
+    /// A sentence about the master, in which its terminals have their names where they come first. What is between
+    /// backquotes is code.
+    pub(crate) fn in_sentence(&self, text: &str) -> String {
+        let is_between = |one: char| !one.is_alphanumeric() && one != '_';
+        let (mut told, mut is_code) = (BTreeSet::new(), false);
+        let mut named = String::new();
+        for piece in text.split_inclusive(is_between) {
+            let word = piece.trim_end_matches(is_between);
+            named += word;
+            match self.of(0, word) {
+                Some(name) if !is_code && told.insert(word) => named += &format!(" ({name})"),
+                _ => {}
+            }
+            named += &piece[word.len()..];
+            is_code ^= piece.ends_with('`');
+        }
+        named
     }
 
     /// All of them by what follows prefix and name in a topic of the bridge, such as "ext1/M2".
@@ -168,6 +187,26 @@ mod tests {
             ["I1 (barrier at the gate)", "O8 (lamp)", "E8.M2 (Größe = 5)", "M2", "E8.I1"];
         assert_eq!(["I1", "O8", "E8.M2", "M2", "E8.I1"].map(beside), expected);
         assert_eq!(Names::parse("").unwrap(), Names::default());
+    }
+
+    #[test]
+    fn a_sentence_has_each_name_once_and_code_has_none() {
+        let names =
+            Names::parse("[master]\nI1 = \"door\"\nM1 = \"Tür\"\n[ext1]\nI2 = \"a\"").unwrap();
+        for (text, expected) in [
+            ("I1 opens.", "I1 (door) opens."),
+            ("M1, I1; M1.", "M1 (Tür), I1 (door); M1."),
+            ("bis I1", "bis I1 (door)"),
+            (
+                "I2, I11, xI1, I1_a and `M1` – über M1",
+                "I2, I11, xI1, I1_a and `M1` – über M1 (Tür)",
+            ),
+            ("", ""),
+        ] {
+            assert_eq!(names.in_sentence(text), expected);
+        }
+        let topics: Vec<_> = names.by_topic().into_keys().collect();
+        assert_eq!(topics, ["I1", "M1", "ext1/I2"]);
     }
 
     #[test]

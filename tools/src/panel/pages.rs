@@ -40,13 +40,14 @@ impl Default for PageAt {
 /// program ends.
 pub(crate) fn lesson(
     simulated: Vec<Simulated>,
+    names: &Names,
     course: Arc<dyn Course>,
     PageAt(address): PageAt,
     opens_browser: bool,
 ) -> anyhow::Result<(String, Opening)> {
     let common = Arc::new(Common::new());
-    let hosts = simulated.into_iter().map(|one| Host::shown(one, &common));
-    let hosts = hosts.collect::<Result<_, _>>()?;
+    let shown = |one| Ok(Host::shown(one, &common)?.named(names.clone()));
+    let hosts = simulated.into_iter().map(shown).collect::<anyhow::Result<_>>()?;
     let site = Site::listen(address)?;
     let panel = Panel::new(hosts, common, Arc::clone(&site.access)).with_course(Some(course));
     let url = site.lesson_url(web::reachable(site.address.ip()), &site.access);
