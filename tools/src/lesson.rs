@@ -5,6 +5,7 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use ft_transfer_area::PORT;
 use ft_transfer_area_simulator::SimulatedTxt;
 
+use crate::names::Names;
 use crate::panel::pages::{self, PageAt};
 use crate::{check, interrupt, print};
 
@@ -44,8 +45,13 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let desk = check::desk(&args.lesson, builder, String::new())?;
     print::line(format_args!("program {}", desk.address()))?;
     let place = PageAt(SocketAddr::new(args.bind, args.page_port));
-    let (url, _opening) =
-        pages::lesson(vec![desk.simulated()?], desk.course(), place, !args.no_browser)?;
+    let (url, _opening) = pages::lesson(
+        vec![desk.simulated()?],
+        &Names::default(),
+        desk.course(),
+        place,
+        !args.no_browser,
+    )?;
     print::line(format_args!("page {url}"))?;
     // Clients and pages are served while this waits.
     Ok(interrupted.recv()?)

@@ -11,6 +11,7 @@ mod examples;
 mod find;
 mod help;
 mod lesson;
+mod names;
 mod panel;
 mod plot;
 mod program;

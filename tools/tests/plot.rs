@@ -21,7 +21,7 @@ const DEADLINE: Duration = Duration::from_secs(60);
 const GAP: Duration = Duration::from_millis(400);
 
 /// A folder with a recording, which is made once.
-fn recording() -> (TempDir, PathBuf) {
+pub(crate) fn recording() -> (TempDir, PathBuf) {
     static MADE: OnceLock<PathBuf> = OnceLock::new();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("slide.mcap");

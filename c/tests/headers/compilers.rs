@@ -21,12 +21,12 @@ pub(crate) enum Language {
 impl Language {
     /// The oldest and the newest one; with `THOROUGH` in the environment those between, too, which
     /// takes a minute.
-    fn standards(self) -> &'static [&'static str] {
+    pub(crate) fn standards(self) -> &'static [&'static str] {
         match (self, std::env::var_os("THOROUGH").is_some()) {
             (Self::C, false) => &["c89", "c2x"],
             // C17 only corrects C11.
             (Self::C, true) => &["c89", "c99", "c11", "gnu17", "c2x"],
-            (Self::Cpp, false) => &["c++98", "c++17"],
+            (Self::Cpp, false) => &["c++98", "c++20"],
             (Self::Cpp, true) => &["c++98", "c++11", "c++17", "c++20"],
         }
     }

@@ -2,7 +2,7 @@
 //! and as C++. A compiler or a standard that is missing is reported, not failed.
 
 mod alone;
-mod compilers;
+pub(crate) mod compilers;
 mod exports;
 mod layout;
 mod programs;

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use super::support::{compilers, include};
+use crate::headers::compilers::Language;
 
 const KELIB_ERRORS: &str = include_str!("kelib_errors.csv");
 const FIELDS: &str = include_str!("../../../tests/system/porting/transfer_area.csv");
@@ -100,8 +101,10 @@ fn the_headers_compile_in_every_standard() {
     let ex2 = "#include \"FtTxtLib.h\"\n#include <iostream>\n#include <windows.h>\nusing namespace std;\n";
     let common = "#include \"common.h\"\n#include \"KeLibTxtDl.h\"\nBOOL32 a; UINT16 b;\n";
     for compiler in compilers() {
-        for standard in ["c++98", "c++11", "c++17", "c++20"] {
+        for standard in ["c++98", "c++20"] {
             check(compiler, "txt", standard, common, &format!("common_{compiler}_{standard}.cpp"));
+        }
+        for standard in Language::Cpp.standards() {
             check(compiler, "kit", standard, kit, &format!("kit_{compiler}_{standard}.cpp"));
             check(compiler, "txt", standard, kelib, &format!("txt_{compiler}_{standard}.cpp"));
         }
@@ -115,7 +118,7 @@ fn the_headers_compile_in_every_standard() {
         for (folder, standard, source) in programs {
             check(compiler, folder, standard, source, &format!("program_{folder}_{compiler}.cpp"));
         }
-        for standard in ["c++11", "c++14", "c++17", "c++20"] {
+        for standard in Language::Cpp.standards().iter().filter(|name| **name != "c++98") {
             let source = ex2.replace("<windows.h>", "\"../posix/windows.h\"");
             check(
                 compiler,

@@ -11,7 +11,12 @@ use tempfile::TempDir;
 /// A recorder, and what goes with its file. The recorder is dropped first.
 pub(crate) struct Recording {
     pub(crate) recorder: Recorder,
-    /// Both ends of the pipe into which it writes.
+    pub(crate) place: Place,
+}
+
+/// Where a recorder writes, until this is dropped.
+pub(crate) struct Place {
+    /// Both ends of a pipe.
     _pipe: Option<File>,
     _folder: TempDir,
 }
@@ -22,7 +27,7 @@ impl Recording {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.mcap");
         let recorder = Recorder::start(handler, path, Options::default()).unwrap();
-        Self { recorder, _pipe: None, _folder: folder }
+        Self { recorder, place: Place { _pipe: None, _folder: folder } }
     }
 
     /// Begins to record a handler into a full pipe; `None` where files can't stand still.
@@ -38,7 +43,7 @@ impl Recording {
                 Err(error) => panic!("{error}"),
             }
         }
-        Some(Self { recorder, _pipe: Some(pipe), _folder: folder })
+        Some(Self { recorder, place: Place { _pipe: Some(pipe), _folder: folder } })
     }
 }
 

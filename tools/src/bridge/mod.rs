@@ -31,6 +31,7 @@ use self::topics::{is_prefix, level, Topics};
 use self::values::Noise;
 use crate::guardian::Guardian;
 use crate::interrupt::{self, Driving};
+use crate::names::{self, Names};
 use crate::{arguments, lines};
 
 /// The environment variable with the password for the broker: an argument could be read by everybody.
@@ -61,6 +62,8 @@ pub(crate) struct Args {
     /// The name in topics, once for each HOST in order; otherwise its address
     #[arg(long)]
     name: Vec<String>,
+    #[command(flatten)]
+    names: names::Files,
     /// How all topics begin
     #[arg(long, default_value = "ft")]
     prefix: String,
@@ -93,13 +96,15 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     lines::never_wait()?;
     let simulated = args.simulate.as_deref().map(arguments::simulated).transpose()?;
     let controllers = controllers(&args, simulated.as_ref())?;
+    let names = args.names.read(controllers.len())?;
     let broker_limit = Duration::from_millis(args.broker_limit);
     let broker = Broker::new(&args.mqtt, login(args.user.clone())?, broker_limit)?;
     let hosts: Vec<_> = controllers.iter().map(|(_, host)| host.clone()).collect();
     let (stop, left_on) = (AtomicBool::new(false), AtomicBool::new(false));
     let machines = controllers
         .into_iter()
-        .map(|(name, host)| machine(&args, &broker, name, host, (&stop, &left_on)))
+        .zip(names)
+        .map(|(controller, names)| machine(&args, &broker, controller, names, (&stop, &left_on)))
         .collect::<anyhow::Result<Vec<_>>>()?;
     // A simulated controller ends with this program.
     let guardian = simulated.is_none().then(|| Guardian::start(&hosts)).transpose()?;
@@ -140,8 +145,8 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
 fn machine<'a>(
     args: &Args,
     broker: &Broker,
-    name: String,
-    host: String,
+    (name, host): (String, String),
+    names: Names,
     (stop, left_on): (&'a AtomicBool, &'a AtomicBool),
 ) -> anyhow::Result<Machine<'a>> {
     let areas = 1 + usize::from(args.extensions);
@@ -153,6 +158,7 @@ fn machine<'a>(
         topics: Topics::new(&args.prefix, &name),
         name,
         host,
+        names: names.by_topic(),
         noise,
         master_limit: master_limit.filter(|limit| !limit.is_zero()),
     };

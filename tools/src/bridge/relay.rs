@@ -1,5 +1,6 @@
 //! Between the broker and one controller: takes commands, publishes values, and knows when to stop.
 
+use std::collections::BTreeMap;
 use std::mem;
 use std::time::{Duration, Instant};
 
@@ -31,6 +32,8 @@ pub(crate) struct Setup {
     pub(crate) topics: Topics,
     pub(crate) name: String,
     pub(crate) host: String,
+    /// What people call the terminals, by their topics.
+    pub(crate) names: BTreeMap<String, String>,
     pub(crate) noise: Noise,
     /// How long the master may be silent; `None` for as long as it likes.
     pub(crate) master_limit: Option<Duration>,
@@ -59,7 +62,7 @@ pub(crate) struct Relay {
 
 impl Relay {
     pub(crate) fn open(setup: Setup) -> anyhow::Result<Self> {
-        let state = State::at_start(&setup.host);
+        let state = State::at_start(&setup.host, &setup.names);
         let reason = Some("the bridge has lost its connection to the broker".to_owned());
         let gone = json(&State { state: Stage::Gone, reason, ..state.clone() });
         let will = LastWill::new(setup.topics.of(STATE), gone, QoS::AtLeastOnce, true);
@@ -90,7 +93,7 @@ impl Relay {
     /// Without a broker: what comes from one is sent through a channel.
     #[cfg(test)]
     pub(crate) fn without_broker(setup: Setup, inbox: Inbox) -> Self {
-        let state = State::at_start(&setup.host);
+        let state = State::at_start(&setup.host, &setup.names);
         Self::new(setup, state, inbox)
     }
 

@@ -1,5 +1,6 @@
 //! What a bridge publishes about itself, and lines for the person at the screen.
 
+use std::collections::BTreeMap;
 use std::time::Duration;
 
 use ft_transfer_area::{Event, EventKind};
@@ -45,19 +46,23 @@ pub(crate) struct State {
     pub(crate) device: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) firmware: Option<String>,
+    /// What people call the terminals, by their topics.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) names: BTreeMap<String, String>,
     /// A number for each bridge, to distinguish two of the same name.
     pub(crate) bridge: String,
 }
 
 impl State {
     /// Of a bridge that has just been started.
-    pub(crate) fn at_start(host: &str) -> Self {
+    pub(crate) fn at_start(host: &str, names: &BTreeMap<String, String>) -> Self {
         Self {
             state: Stage::Ended,
             reason: Some("the bridge has just been started".to_owned()),
             host: host.to_owned(),
             device: None,
             firmware: None,
+            names: names.clone(),
             bridge: format!("{:016x}", random()),
         }
     }

@@ -12,6 +12,7 @@ use super::examine;
 use super::lesson::{Lesson, LESSONS};
 use super::report::{Phase, Report};
 use super::txt::Txt;
+use crate::names::Names;
 use crate::panel::course::{Both, Course, Progress};
 use crate::panel::pages::Simulated;
 
@@ -47,7 +48,7 @@ impl Desk {
         Self {
             txt,
             label,
-            report: Report::new(None),
+            report: Report::new(None, Names::default()),
             ends: AtomicBool::new(false),
             state: Mutex::new(state),
         }

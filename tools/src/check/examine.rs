@@ -60,8 +60,7 @@ fn end(stage: &Stage, report: &Report, verdict: Check) -> Option<Wrong> {
             None => wrong,
         }
     });
-    report.end(wrong.as_ref());
-    wrong
+    report.end(wrong)
 }
 
 /// Why the check begins again.

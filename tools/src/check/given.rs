@@ -9,7 +9,7 @@ use super::words::{Language, Words};
 use super::Args;
 
 /// Our options, which stand before the lesson.
-const OPTIONS: [&str; 4] = ["--show", "--no-browser", "--language", "--help"];
+const OPTIONS: [&str; 5] = ["--show", "--no-browser", "--language", "--names", "--help"];
 
 /// A sentence if there is no such lesson.
 pub(super) fn lesson(text: &str, language: Language) -> Result<&'static Lesson, String> {

@@ -27,6 +27,7 @@ use self::lesson::Lesson;
 use self::report::Report;
 use self::txt::{Log, Txt};
 pub(crate) use self::words::Language;
+use crate::names::{self, Names};
 use crate::panel::pages::{self, PageAt, Simulated};
 use crate::web::browser::Opening;
 use crate::{lines, print};
@@ -61,6 +62,8 @@ pub(crate) struct Args {
     /// Language of its messages [default: that of the system]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "en|de")]
     language: Option<Language>,
+    #[command(flatten)]
+    names: names::File,
     /// Show task, machine and steps on a page in the browser
     #[arg(long)]
     show: bool,
@@ -78,10 +81,14 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<ExitCode> {
     if let Some(sentence) = given::problem(args, language) {
         return Ok(refuse(&sentence));
     }
+    let names = match args.names.read() {
+        Ok(names) => names,
+        Err(error) => return Ok(refuse(&print::sentence(&error))),
+    };
     if let Some(sentence) = given::older_than_source(args, language) {
         lines::print(&sentence);
     }
-    check(args, lesson, language)?;
+    check(args, lesson, language, names)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -92,11 +99,16 @@ fn refuse(sentence: &str) -> ExitCode {
 }
 
 /// The error says what the program does wrong.
-fn check(args: &Args, lesson: &'static Lesson, language: Language) -> anyhow::Result<()> {
+fn check(
+    args: &Args,
+    lesson: &'static Lesson,
+    language: Language,
+    names: Names,
+) -> anyhow::Result<()> {
     let world = lesson.read_world()?;
     let txt = simulated_txt(SimulatedTxt::builder(), &world)?;
-    let report = Arc::new(Report::new(Some(language)));
-    let _opening = show(args, &txt, &world, lesson, &report)?;
+    let report = Arc::new(Report::new(Some(language), names.clone()));
+    let _opening = show(args, &txt, (&world, &names), lesson, &report)?;
     let title = lesson.title.text(language);
     print::line(match language {
         Language::En => format!("Lesson {}: {title}", lesson.number),
@@ -141,7 +153,7 @@ fn simulated_txt(builder: SimulatedTxtBuilder, world: &World) -> anyhow::Result<
 fn show(
     args: &Args,
     txt: &Txt,
-    world: &World,
+    (world, names): (&World, &Names),
     lesson: &'static Lesson,
     report: &Arc<Report>,
 ) -> anyhow::Result<Opening> {
@@ -150,7 +162,7 @@ fn show(
     }
     let shown = Simulated::all(&txt.txts, vec![Some(world.clone())]);
     let course = Arc::new(desk::Shown { lesson, report: Arc::clone(report) });
-    let (url, opening) = pages::lesson(shown, course, PageAt::default(), !args.no_browser)?;
+    let (url, opening) = pages::lesson(shown, names, course, PageAt::default(), !args.no_browser)?;
     print::line(format_args!("page {url}"))?;
     Ok(opening)
 }

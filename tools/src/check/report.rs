@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use serde_json::{json, Value};
 
 use super::words::{Language, Words, Wrong};
+use crate::names::Names;
 use crate::print;
 
 /// How many steps are kept. The longest check has 10 of them.
@@ -67,11 +68,13 @@ pub(crate) struct Report {
     told: Mutex<Told>,
     /// The language of the lines on the terminal; `None` when there are none.
     printed: Option<Language>,
+    /// What people call the terminals.
+    names: Names,
 }
 
 impl Report {
-    pub(super) fn new(printed: Option<Language>) -> Self {
-        Self { told: Mutex::new(Told::begin(Phase::Idle, None)), printed }
+    pub(super) fn new(printed: Option<Language>, names: Names) -> Self {
+        Self { told: Mutex::new(Told::begin(Phase::Idle, None)), printed, names }
     }
 
     fn told(&self) -> MutexGuard<'_, Told> {
@@ -92,6 +95,7 @@ impl Report {
     }
 
     pub(super) fn step(&self, words: Words) {
+        let words = words.named(&self.names);
         let steps = &mut self.told().steps;
         if steps.len() < STEPS_MAX {
             steps.push(Step { words, is_right: None });
@@ -116,11 +120,14 @@ impl Report {
         print_line(&line);
     }
 
-    pub(super) fn end(&self, wrong: Option<&Wrong>) {
+    /// The verdict. Returns what is wrong as it is told.
+    pub(super) fn end(&self, wrong: Option<Wrong>) -> Option<Wrong> {
+        let wrong = wrong.map(|wrong| wrong.named(&self.names));
         self.end_step(wrong.is_none());
         let mut told = self.told();
         told.phase = if wrong.is_none() { Phase::Solved } else { Phase::Wrong };
-        told.wrong = wrong.cloned();
+        told.wrong.clone_from(&wrong);
+        wrong
     }
 
     pub(crate) fn phase(&self) -> Phase {
@@ -159,4 +166,22 @@ impl Report {
 /// What can't be printed is no reason to stop; the exit status says the result, too.
 fn print_line(line: &str) {
     let _ = print::line(line);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_and_verdicts_have_the_names_of_terminals() {
+        let names = Names::parse("[master]\nI3 = \"Klingel\"\nM1 = \"Tor\"").unwrap();
+        let report = Report::new(None, names);
+        report.step(Words::fixed("I3 opens", "I3 öffnet"));
+        let wrong = Wrong::new("M1 is off.", "M1 steht.").hint("press I3", "Drück I3");
+        let told = report.end(Some(wrong)).unwrap().text(Language::De);
+        assert_eq!(told, "M1 (Tor) steht.\nTipp: Drück I3 (Klingel)");
+        let json = report.json();
+        assert_eq!(json["steps"][0]["words"]["en"], "I3 (Klingel) opens");
+        assert_eq!(json["wrong"]["what"]["de"], "M1 (Tor) steht.");
+    }
 }

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use clap::ValueEnum;
 use serde_json::{json, Value};
 
+use crate::names::Names;
 use crate::panel::course::Both;
 
 /// The languages of lessons and their checks.
@@ -54,6 +55,11 @@ impl Words {
         }
     }
 
+    /// The same with names beside the terminals.
+    pub(super) fn named(&self, names: &Names) -> Self {
+        Self::new(names.in_sentence(&self.en), names.in_sentence(&self.de))
+    }
+
     /// Both, for a page.
     pub(super) fn json(&self) -> Value {
         json!({"en": self.en, "de": self.de})
@@ -100,6 +106,13 @@ impl Wrong {
     /// Adds why it may be no fault of the program.
     pub(super) fn note(mut self, note: Words) -> Self {
         self.note = Some(Box::new(note));
+        self
+    }
+
+    /// The same with names beside the terminals.
+    pub(super) fn named(mut self, names: &Names) -> Self {
+        self.what = self.what.named(names);
+        self.hint = self.hint.map(|hint| hint.named(names));
         self
     }
 

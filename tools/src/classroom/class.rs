@@ -1,14 +1,15 @@
 //! The file of a class: who is in it, what each has, and the tokens and ports that make the links stay.
 
 use std::fmt::Write as _;
-use std::fs::{File, OpenOptions};
-use std::io::{ErrorKind, Read as _, Write as _};
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Write as _};
 use std::path::Path;
 use std::{fs, io};
 
 use anyhow::{anyhow, bail, ensure, Context};
 use serde::Deserialize;
 
+use crate::text_file;
 use crate::web::access::Token;
 
 /// How long a file may be, in bytes.
@@ -203,20 +204,9 @@ fn token(text: Option<&str>) -> anyhow::Result<Token> {
     })
 }
 
-/// Reads the file, if it is no longer than one of a class. A device may have no end, and a pipe may never have one, so
-/// both are refused before they are opened.
+/// Reads the file, if it is no longer than one of a class.
 pub(super) fn read(path: &Path) -> io::Result<String> {
-    let found = fs::metadata(path)?;
-    if !found.is_file() && !found.is_dir() {
-        let why = "it is a device or a pipe, and a file is expected";
-        return Err(io::Error::new(ErrorKind::InvalidInput, why));
-    }
-    let mut text = String::new();
-    File::open(path)?.take(LONGEST + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > LONGEST {
-        return Err(io::Error::new(ErrorKind::FileTooLarge, "the file is too long for a class"));
-    }
-    Ok(text)
+    text_file::read(path, LONGEST)
 }
 
 /// Writes the file as a whole, for this user only.
@@ -272,21 +262,6 @@ mod tests {
         assert_eq!(again.pupils[1].token, class.pupils[1].token);
         again.keep(&path, 65000, 8000).unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), now);
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn a_device_or_a_pipe_is_no_class() {
-        let folder = tempfile::tempdir().unwrap();
-        let pipe = folder.path().join("7b.toml");
-        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-        for path in [Path::new("/dev/null"), Path::new("/dev/zero"), &pipe] {
-            let error = Class::load(path, Some(2)).unwrap_err().to_string();
-            assert!(error.contains("it is a device or a pipe"), "{path:?}: {error}");
-        }
-        fs::write(folder.path().join("long.toml"), "#".repeat(1 + LONGEST as usize)).unwrap();
-        let error = Class::load(&folder.path().join("long.toml"), None).unwrap_err().to_string();
-        assert!(error.contains("too long for a class"), "{error}");
     }
 
     #[test]

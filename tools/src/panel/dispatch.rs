@@ -68,7 +68,7 @@ impl Panel {
 
     /// The first message for a page.
     pub(crate) fn hello(&self, page: PageId) -> String {
-        let host = |(id, host): (usize, &Host)| json!({"id": id, "address": host.address, "simulated": host.is_simulated(), "driven": host.is_driven(), "hands": host.has_hands(), "watched": host.is_watched()});
+        let host = |(id, host): (usize, &Host)| json!({"id": id, "address": host.address, "simulated": host.is_simulated(), "driven": host.is_driven(), "hands": host.has_hands(), "watched": host.is_watched(), "names": host.names()});
         let hosts: Vec<_> = self.hosts.iter().enumerate().map(host).collect();
         let version = env!("CARGO_PKG_VERSION");
         json!({"type": "hello", "version": version, "page": page, "hosts": hosts}).to_string()

@@ -23,6 +23,7 @@ use super::worker::{AreaOrder, Controller, Worker};
 use super::world::Simulated;
 use crate::commands::stop_all;
 use crate::gate::Gate;
+use crate::names::Names;
 
 /// How many commands may wait for a controller. It takes them 100 times a second.
 const WAITING: usize = 64;
@@ -44,6 +45,8 @@ pub(crate) struct Host {
     driven: Option<Driven>,
     /// Where that program goes through this one.
     gate: Option<Arc<Gate>>,
+    /// What people call its terminals.
+    names: Names,
     /// Whether the outputs were off then.
     ended: Receiver<bool>,
 }
@@ -82,8 +85,8 @@ impl Host {
         })?;
         let camera = Arc::default();
         let simulated = Some(simulated);
-        let (hands, driven, gate) = (true, None, None);
-        Ok(Self { address, state, simulated, hands, camera, driven, gate, ended })
+        let (hands, driven, gate, names) = (true, None, None, Names::default());
+        Ok(Self { address, state, simulated, hands, camera, driven, gate, names, ended })
     }
 
     /// A controller that another program drives through this one, and where to say what has happened to it.
@@ -99,8 +102,8 @@ impl Host {
         // Its end is that of the program.
         let (_, ended) = bounded(0);
         let (address, gate) = (address.to_owned(), Some(Arc::clone(gate)));
-        let (simulated, hands, driven) = (None, false, None);
-        let host = Self { address, state, simulated, hands, camera, driven, gate, ended };
+        let (simulated, hands, driven, names) = (None, false, None, Names::default());
+        let host = Self { address, state, simulated, hands, camera, driven, gate, names, ended };
         (host, watched)
     }
 
@@ -141,8 +144,8 @@ impl Host {
             camera: camera::start(handler, Arc::clone(&camera))?,
         };
         let driven = Some(driven);
-        let (hands, gate) = (true, None);
-        let host = Self { address, state, simulated, hands, camera, driven, gate, ended };
+        let (hands, gate, names) = (true, None, Names::default());
+        let host = Self { address, state, simulated, hands, camera, driven, gate, names, ended };
         spawn("host", move || {
             // Nobody may wait for it any more.
             let _ = end.send(worker.run());
@@ -169,8 +172,19 @@ impl Host {
             camera: Arc::clone(&self.camera),
             driven: None,
             gate: None,
+            names: self.names.clone(),
             ended: self.ended.clone(),
         }
+    }
+
+    /// The same with names for its terminals.
+    pub(crate) fn named(self, names: Names) -> Self {
+        Self { names, ..self }
+    }
+
+    /// By the number of their area.
+    pub(crate) fn names(&self) -> &Names {
+        &self.names
     }
 
     /// The lesson of its pupil.

@@ -40,8 +40,8 @@ use self::world::Simulated;
 use crate::arguments;
 use crate::guardian::Guardian;
 use crate::interrupt::{self, Driving};
-use crate::lines;
 use crate::web::{self, qr, Site};
+use crate::{lines, names};
 
 /// The host that is not an address.
 const SIMULATED: &str = "simulated";
@@ -75,6 +75,8 @@ pub(crate) struct Args {
     /// Number of extensions, 0 to 8 [default: all there are]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=MAX_EXTENSIONS as i64))]
     extensions: Option<u8>,
+    #[command(flatten)]
+    names: names::Files,
     /// Do not open the browser
     #[arg(long)]
     no_browser: bool,
@@ -118,7 +120,8 @@ fn start_hosts(args: &Args, common: &Arc<Common>) -> anyhow::Result<Vec<Host>> {
         Host::at(host, 1 + extensions.unwrap_or(MAX_EXTENSIONS), common)
             .with_context(|| host.clone())
     };
-    hosts.iter().map(start).collect()
+    let names = args.names.read(hosts.len())?;
+    hosts.iter().zip(names).map(|(host, names)| Ok(start(host)?.named(names))).collect()
 }
 
 /// The world with this name or in this file.

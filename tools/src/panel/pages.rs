@@ -11,6 +11,7 @@ use super::server;
 pub(crate) use super::watched::Watched;
 pub(crate) use super::world::Simulated;
 use crate::gate::Gate;
+use crate::names::Names;
 use crate::web::access::Token;
 use crate::web::browser::Opening;
 use crate::web::{self, Site};
@@ -39,13 +40,14 @@ impl Default for PageAt {
 /// program ends.
 pub(crate) fn lesson(
     simulated: Vec<Simulated>,
+    names: &Names,
     course: Arc<dyn Course>,
     PageAt(address): PageAt,
     opens_browser: bool,
 ) -> anyhow::Result<(String, Opening)> {
     let common = Arc::new(Common::new());
-    let hosts = simulated.into_iter().map(|one| Host::shown(one, &common));
-    let hosts = hosts.collect::<Result<_, _>>()?;
+    let shown = |one| Ok(Host::shown(one, &common)?.named(names.clone()));
+    let hosts = simulated.into_iter().map(shown).collect::<anyhow::Result<_>>()?;
     let site = Site::listen(address)?;
     let panel = Panel::new(hosts, common, Arc::clone(&site.access)).with_course(Some(course));
     let url = site.lesson_url(web::reachable(site.address.ip()), &site.access);
@@ -57,12 +59,13 @@ pub(crate) fn lesson(
 /// A page that shows a controller which another program drives through this one. It is served until the program ends.
 pub(crate) fn watch(
     address: &str,
+    names: Names,
     gate: &Arc<Gate>,
     opens_browser: bool,
 ) -> anyhow::Result<(String, Watched, Opening)> {
     let common = Arc::new(Common::new());
     let (host, watched) = Host::watched(address, &common, gate);
-    let (url, opening) = show_hosts(vec![host], common, opens_browser)?;
+    let (url, opening) = show_hosts(vec![host.named(names)], common, opens_browser)?;
     Ok((url, watched, opening))
 }
 

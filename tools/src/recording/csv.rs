@@ -11,11 +11,13 @@ use ft_transfer_area_recorder::{Column, Recorded, Recording};
 use super::clock;
 use super::survey::{progress, Survey};
 use super::whole::say_what_is_missing;
+use crate::names::{self, Names};
 
 const AFTER_HELP: &str = "\
 One line for each cycle: the time in seconds since the beginning, the number of the cycle, and the
 inputs, counters and motors, E1.I1 for extension 1. Motors are -512 to 512, negative for backwards.
-The last column is the time of day in UTC.
+The last column is the time of day in UTC. With --names, the first line has I1 (gate)
+in place of I1.
 
 Example: txt csv run.mcap I1 M1 E1.C1 -o run.csv";
 
@@ -27,12 +29,15 @@ pub(crate) struct Args {
     file: PathBuf,
     /// The columns: I1 to I8, C1 to C4, M1 to M4, O1 to O8; without any, all but O1 to O8
     columns: Vec<Column>,
+    #[command(flatten)]
+    names: names::File,
     /// The file; without it, the terminal
     #[arg(short, long)]
     output: Option<PathBuf>,
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    let names = args.names.read()?;
     let columns = if args.columns.is_empty() {
         Column::of_areas(1 + Survey::of(&args.file)?.extensions)
     } else {
@@ -41,8 +46,8 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let recording = Recording::open(&args.file)?;
     let done = match &args.output {
         Some(path) => create(path, &args.file)
-            .and_then(|file| write(recording, &columns, BufWriter::new(file))),
-        None => write(recording, &columns, io::stdout().lock()),
+            .and_then(|file| write(recording, &columns, &names, BufWriter::new(file))),
+        None => write(recording, &columns, &names, io::stdout().lock()),
     };
     match (done, &args.output) {
         (Ok(recording), _) => {
@@ -87,12 +92,13 @@ fn create(path: &Path, recording: &Path) -> Result<File, Failure> {
 fn write(
     mut recording: Recording,
     columns: &[Column],
+    names: &Names,
     out: impl Write,
 ) -> Result<Recording, Failure> {
     let mut table = csv::Writer::from_writer(out);
-    let names = columns.iter().map(ToString::to_string);
-    let names = ["time", "cycle"].map(str::to_owned).into_iter().chain(names);
-    table.write_record(names.chain(["utc".to_owned()]))?;
+    let heads = columns.iter().map(|column| names.beside(column));
+    let heads = ["time", "cycle"].map(str::to_owned).into_iter().chain(heads);
+    table.write_record(heads.chain(["utc".to_owned()]))?;
     let started = recording.started().duration_since(UNIX_EPOCH).unwrap_or_default();
     let progress = progress("writes");
     for entry in recording.by_ref() {

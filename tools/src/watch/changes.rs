@@ -15,6 +15,7 @@ use serde::Serialize;
 use serde_json::{json, Map, Value};
 
 use crate::commands::Pair;
+use crate::names::Names;
 use crate::print;
 use crate::queue::{queue, Put, Take};
 use crate::seen::{Farewell, Happened, Seen, UnansweredExchanges, Unknown, MISSED};
@@ -22,6 +23,9 @@ use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
 /// How many bytes of lines may wait for their reader. A line may have hundreds of thousands.
 const ROOM: usize = 16 << 20;
+/// The keys of lines that have a terminal.
+const TERMINALS: [&str; 3] = ["input", "counter", "motor"];
+
 /// How long a reader may take for the last ones.
 const END_LIMIT: Duration = Duration::from_millis(500);
 
@@ -29,6 +33,7 @@ const END_LIMIT: Duration = Duration::from_millis(500);
 pub(super) struct Changes {
     lines: Put<String>,
     begin: Instant,
+    names: Names,
     /// The values of each area that were printed last, for each connection; none before its first cycle.
     seen: HashMap<u64, Vec<Vec<Printed>>>,
     /// How many were left out since the last line.
@@ -56,7 +61,7 @@ struct MotorValue {
 }
 
 impl Changes {
-    pub(super) fn start() -> anyhow::Result<Self> {
+    pub(super) fn start(names: Names) -> anyhow::Result<Self> {
         let (put, lines) = queue(ROOM);
         let (printing, printed) = bounded(0);
         thread::Builder::new().name("lines".to_owned()).spawn(move || {
@@ -70,11 +75,11 @@ impl Changes {
                 }
             }
         })?;
-        Ok(Self::new(put, printed))
+        Ok(Self::new(put, names, printed))
     }
 
-    fn new(lines: Put<String>, printed: Receiver<()>) -> Self {
-        Self { lines, begin: Instant::now(), seen: HashMap::new(), lost: 0, printed }
+    fn new(lines: Put<String>, names: Names, printed: Receiver<()>) -> Self {
+        Self { lines, begin: Instant::now(), names, seen: HashMap::new(), lost: 0, printed }
     }
 
     /// Says where the program has to connect to.
@@ -163,7 +168,7 @@ impl Changes {
             let mut before = std::mem::take(last).into_iter();
             let print = |value| {
                 let known = before.next().filter(|known| known.says(&value, cycle.is_some()));
-                known.unwrap_or_else(|| self.print(seen, value, cycle))
+                known.unwrap_or_else(|| self.print(seen, index, value, cycle))
             };
             *last = values.into_iter().map(print).collect();
         }
@@ -171,8 +176,12 @@ impl Changes {
     }
 
     /// Prints a value with the number of its cycle, or says that it has none.
-    fn print(&mut self, seen: &Seen, value: Value, cycle: Option<u64>) -> Printed {
+    fn print(&mut self, seen: &Seen, area: usize, value: Value, cycle: Option<u64>) -> Printed {
         let mut line = value.clone();
+        let terminal = TERMINALS.iter().find_map(|kind| value[kind].as_str());
+        if let Some(name) = terminal.and_then(|terminal| self.names.of(area, terminal)) {
+            line["name"] = json!(name);
+        }
         match cycle {
             Some(number) => line["cycle"] = json!(number),
             None => line["answered"] = json!(false),
@@ -272,7 +281,7 @@ mod tests {
     #[test]
     fn lines_that_wait_take_no_more_bytes_than_there_is_room_for() {
         let (put, take) = queue(10_000);
-        let mut changes = Changes::new(put, bounded(0).1);
+        let mut changes = Changes::new(put, Names::default(), bounded(0).1);
         let seen = |bytes| {
             let exchange = I2cExchange { device: 8, written: vec![7; bytes], read: None };
             let (at, line) = (Instant::now(), Line::I2c);
@@ -292,7 +301,7 @@ mod tests {
     #[test]
     fn a_value_that_had_no_answer_is_told_again_with_the_cycle_that_answers_it() {
         let (put, take) = queue(ROOM);
-        let mut changes = Changes::new(put, bounded(0).1);
+        let mut changes = Changes::new(put, Names::default(), bounded(0).1);
         let areas = |duty| {
             let mut area = FishX1Transfer::default();
             area.output.duty[0] = duty;

@@ -43,7 +43,7 @@ use crate::seen::{
     FAREWELL_UNANSWERED,
 };
 use crate::web::browser::Opening;
-use crate::{lines, print};
+use crate::{lines, names, print};
 
 /// How often the copies are looked at. To be woken by each would cost the relay more than the copy.
 const LOOK: Duration = Duration::from_millis(5);
@@ -89,6 +89,8 @@ pub(crate) struct Args {
     /// Print each change as a line of JSON
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    names: names::File,
     /// Serve no page
     #[arg(long)]
     no_page: bool,
@@ -107,6 +109,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     let interrupted = interrupt::receiver_for_driving()?;
     // A paused terminal must not hold up what passes.
     lines::never_wait()?;
+    let names = args.names.read()?;
     let recorded = args.record.clone();
     let output = args.record.map(|path| Output::new(path, args.force)).transpose()?;
     let reader = output.as_ref().map(|it| it.wait_for_reader(&interrupted)).transpose()?;
@@ -122,11 +125,11 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
         (None, None)
     } else {
         let (url, watched, opening) =
-            pages::watch(&controller.to_string(), &gate, !args.no_browser)?;
+            pages::watch(&controller.to_string(), names.clone(), &gate, !args.no_browser)?;
         _opening = opening;
         (Some(url), Some(watched))
     };
-    let changes = args.json.then(Changes::start).transpose()?;
+    let changes = args.json.then(|| Changes::start(names)).transpose()?;
 
     let (main_name, controller_name) = (main.to_string(), controller.to_string());
     match &changes {

@@ -7,6 +7,7 @@ use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::{json, Value};
 
 use super::support::{is_state, wait_machine, Bridge, Broker, Listener};
+use crate::names;
 
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
@@ -14,11 +15,19 @@ fn inputs_and_counters_of_all_areas_are_topics_and_the_broker_keeps_them() {
     let Some(broker) = Broker::start() else { return };
     let txt = SimulatedTxt::builder().extensions(1).device_name("Press").start().unwrap();
     let host = txt.address().to_string();
-    let arguments = [&*host, "--name", "press", "--extensions", "1", "--every", "0"];
+    let folder = tempfile::tempdir().unwrap();
+    let names = names::file(folder.path());
+    let arguments =
+        [&*host, "--name", "press", "--extensions", "1", "--every", "0", "--names", &names];
     let bridge = Bridge::start(broker.port, arguments);
     let early = Listener::new(&broker);
     let state = early.wait(0, "ft/press/state", is_state("online"));
     assert_eq!((&state["host"], &state["device"]), (&json!(host), &json!("Press")));
+    let names = &state["names"];
+    assert_eq!(
+        (&names["O8"], &names["ext1/I2"]),
+        (&json!("lamp"), &json!("button of the operator, at the door"))
+    );
     early.wait(0, "ft/press/I1", |reported| *reported == json!({"value": 0}));
     txt.with_machine(|machine| {
         machine.controllers[0].uni[0] = 1;

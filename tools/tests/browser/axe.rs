@@ -10,6 +10,7 @@ use serde_json::{json, Value};
 use super::driver::{browse, Beyond};
 use super::page::{Lesson, Page, Panel};
 use super::txt::simulated_txt;
+use crate::names;
 
 /// All rules, and two that axe-core leaves out: labels begin with what is seen, and nothing is too small for a finger.
 const FIND: &str = "const done = arguments[arguments.length - 1];
@@ -55,7 +56,11 @@ fn axe_finds_nothing() -> Result<()> {
     let axe = Axe(fs::read_to_string(file).context("AXE_JS can't be read")?);
     browse(|client| async move {
         let txt = simulated_txt()?;
-        let panel = Panel::start(&["simulated", &txt.address().to_string()])?;
+        let folder = tempfile::tempdir()?;
+        let names = names::file(folder.path());
+        let names = ["--names", &names, "--names", &names];
+        let panel =
+            Panel::start(&[&["simulated", &txt.address().to_string()], &names[..]].concat())?;
         let page = Page::open(&client, &panel).await?;
         page.wait_for_text("#role", "You drive").await?;
         axe.ensure_finds_nothing(&page, "a machine").await?;

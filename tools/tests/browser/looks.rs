@@ -7,6 +7,7 @@ use serde_json::{json, Value};
 use super::driver::{browse, Beyond};
 use super::page::{Page, Panel};
 use super::txt::{ensure_seen, simulated_txt, turns, FIRST, FORWARD};
+use crate::names;
 
 const SPEED: &str = "[aria-label='Speed of M1']";
 /// Where the values of the first controller are.
@@ -148,9 +149,14 @@ fn twelve_controllers_fit() -> Result<()> {
 #[test]
 fn a_phone_shows_the_motors_and_the_stop_at_once_and_german_labels_are_whole() -> Result<()> {
     browse(|client| async move {
-        let panel = Panel::start(&["simulated", "simulated", "--extensions", "1"])?;
+        let folder = tempfile::tempdir()?;
+        let names = names::file(folder.path());
+        let names = ["--names", &names, "--names", &names];
+        let controllers = ["simulated", "simulated", "--extensions", "1"];
+        let panel = Panel::start(&[&controllers[..], &names].concat())?;
         let page = Page::open(&client, &panel).await?;
         page.wait_for_text("#role", "You drive").await?;
+        ensure_named(&page).await?;
         let choose = "const mode = document.querySelector(arguments[0]);
             mode.value = 'voltage/0';
             mode.dispatchEvent(new Event('change'))";
@@ -166,6 +172,24 @@ fn a_phone_shows_the_motors_and_the_stop_at_once_and_german_labels_are_whole() -
         }
         page.ensure_no_console_errors().await
     })
+}
+
+/// Names are beside the terminals, for a screen reader, too.
+async fn ensure_named(page: &Page) -> Result<()> {
+    page.resize(390, 844).await?;
+    let name = "slide with a rather long name to be read";
+    page.wait_for(&format!("[aria-label='Speed of M1 ({name})']")).await?;
+    page.wait_for("output[aria-label='I2 (barrier, at the gate)']").await?;
+    page.wait_for("[aria-label='Reset C1 (pulses of the slide)']").await?;
+    page.wait_for_text(".input:first-child", "I1<door>").await?;
+    // What is cut is whole in its title.
+    let motor = "const called = document.querySelector('.terminal:first-child .called');
+        return [called.title, getComputedStyle(called).textOverflow, called.scrollWidth > called.clientWidth]";
+    let motor = page.run(motor, json!(null)).await?;
+    ensure!(motor == json!([name, "ellipsis", true]), "{motor}");
+    let wide = page.run("return document.documentElement.scrollWidth", json!(null)).await?;
+    ensure!(wide == json!(390), "the page is {wide} pixels wide");
+    Ok(())
 }
 
 /// Letters that are wide, narrow and of another kind, whatever fonts are installed.

@@ -10,6 +10,7 @@ use serde_json::json;
 use super::driver::browse;
 use super::page::{Page, Panel};
 use super::txt::{all_off, ensure_seen, simulated_txt, turns};
+use crate::names;
 
 #[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
 #[test]
@@ -54,7 +55,7 @@ fn each_page_has_a_title_of_its_own() -> Result<()> {
         let page = Page::open(&client, &panel).await?;
         let title = "return document.title";
         page.wait_for_value(title, "", |title| *title == json!("TX2013 – txt panel")).await?;
-        let (watch, _) = Panel::watching(&address)?;
+        let (watch, _) = Panel::watching(&address, &[])?;
         client.goto(&watch.url).await?;
         let watched = format!("{address} – txt watch");
         page.wait_for_value(title, "", |title| *title == json!(watched)).await?;
@@ -70,7 +71,9 @@ fn the_page_of_watch_disconnects_the_program_after_a_question() -> Result<()> {
 
 async fn disconnect(client: &Client) -> Result<()> {
     let txt = simulated_txt()?;
-    let (watch, address) = Panel::watching(&txt.address().to_string())?;
+    let folder = tempfile::tempdir()?;
+    let names = names::file(folder.path());
+    let (watch, address) = Panel::watching(&txt.address().to_string(), &["--names", &names])?;
     let handler = TransferAreaComHandler::builder(&*address).build()?;
     handler.begin_transfer()?;
     handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
@@ -78,7 +81,8 @@ async fn disconnect(client: &Client) -> Result<()> {
 
     client.goto(&watch.url).await?;
     let page = Page { client: client.clone() };
-    page.wait_for_text(".shown .command", "forward 512").await?;
+    let motor = "[aria-label='M1 (slide with a rather long name to be read)']";
+    page.wait_for_text(&format!(".shown .command{motor}"), "forward 512").await?;
     page.wait_for_text("#disconnect", "Disconnect the program").await?;
     // The question alone does nothing, and the space bar does not answer it when it is let go.
     page.type_key(Key::Space).await?;

@@ -35,10 +35,10 @@ impl Panel {
     }
 
     /// `txt watch` before this controller, and the address for a program.
-    pub(crate) fn watching(controller: &str) -> Result<(Self, String)> {
+    pub(crate) fn watching(controller: &str, args: &[&str]) -> Result<(Self, String)> {
         let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
-        let running =
-            Running::start(command.args(["watch", controller, "--port", "0", "--no-browser"]));
+        command.args(["watch", controller, "--port", "0", "--no-browser"]);
+        let running = Running::start(command.args(args));
         let main = running.line();
         let address = main.strip_prefix("main ").context("no main port")?.to_owned();
         let mut lines = std::iter::repeat_with(|| running.line());

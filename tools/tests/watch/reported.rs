@@ -13,6 +13,7 @@ use super::away::{at_free_ports, started};
 use super::clients::transfers;
 use super::support::{KitClient, Watch};
 use super::LIMIT;
+use crate::names;
 use crate::panel::page::is_running;
 use crate::recording::{run, txt};
 use crate::running::Running;
@@ -20,7 +21,9 @@ use crate::running::Running;
 #[test]
 fn each_change_is_a_line_with_the_names_of_the_page() {
     let txt = SimulatedTxt::builder().start().unwrap();
-    let watch = Watch::with_lines(txt.address());
+    let folder = tempfile::tempdir().unwrap();
+    let names = ["--names", &names::file(folder.path())];
+    let watch = Watch::with_lines_and(txt.address(), &names);
     let handler = watch.handler().build().unwrap();
     handler.areas().lock()[LOCAL_IO].set_ft_uni_config(Input::I2, InputMode::Voltage, false);
     handler.begin_transfer().unwrap();
@@ -37,10 +40,12 @@ fn each_change_is_a_line_with_the_names_of_the_page() {
     txt.with_machine(|machine| machine.controllers[0].uni[1] = 4711);
     let line = watch.line_where(|line| line["input"] == "I2");
     assert_eq!((&line["value"], &line["unit"]), (&json!(4711), &json!("mV")));
+    assert_eq!(line["name"], "barrier, at the gate");
     handler.areas().lock()[LOCAL_IO].output.duty[2] = 77;
     let motor = Motor::M2.to_string();
     let line = watch.line_where(|line| line["motor"] == motor.as_str() && line["duty"][0] == 77);
     assert_eq!((&line["kind"], &line["ready"]), (&json!("motor"), &json!(true)));
+    assert_eq!(line.get("name"), None);
     handler.end_transfer().unwrap();
     let line = watch.line_where(|line| line["what"] == "offline");
     assert_eq!(line["by_program"], true);

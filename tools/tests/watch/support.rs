@@ -60,7 +60,13 @@ impl Watch {
 
     /// With lines of JSON, which are all that it prints.
     pub(super) fn with_lines(controller: SocketAddr) -> Self {
-        let running = Running::start(&mut command(controller, &["--json", "--no-page"]));
+        Self::with_lines_and(controller, &[])
+    }
+
+    /// The same with more arguments.
+    pub(super) fn with_lines_and(controller: SocketAddr, arguments: &[&str]) -> Self {
+        let arguments = [&["--json", "--no-page"], arguments].concat();
+        let running = Running::start(&mut command(controller, &arguments));
         let port = listening(&running.line());
         Self { running, port, page: None }
     }

@@ -183,16 +183,19 @@ impl<'a> Program<'a> {
     }
 
     fn end_recording(&mut self, which: usize, how: EndRecording) {
-        let Some(recording) = self.recordings[which].take() else { return };
+        // A busy disk may take longer to remove the file than a call may.
+        let Some(Recording { recorder, place: _place }) = self.recordings[which].take() else {
+            return;
+        };
         let what = if how == EndRecording::Finish { What::Finish } else { What::Leave };
         note(self.record, which, Who::Own(self.thread), what, || {
             if how == EndRecording::Panic {
-                let _owned = recording;
+                let _owned = recorder;
                 resume_unwind(Box::new("a thread that owns a recorder"));
             }
             if how == EndRecording::Finish {
                 // A disk that stands still is an error.
-                let _ = recording.recorder.finish();
+                let _ = recorder.finish();
             }
             Ok(())
         });

@@ -20,6 +20,7 @@ fn setup(host: String) -> Setup {
         topics: Topics::new("ft", "press"),
         name: "press".to_owned(),
         host,
+        names: Default::default(),
         noise: Noise { every: Duration::ZERO, deadband: 1 },
         master_limit: None,
     }

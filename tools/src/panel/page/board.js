@@ -14,9 +14,10 @@ export class Board {
     const commands = host.driven ? (command) => send({ ...command, host: host.id, area }) : null;
     this.host = host;
     this.area = area;
-    this.inputs = new Inputs(host.histories[area], commands);
-    this.counters = new Counters(commands);
-    this.outputs = commands ? new Outputs(`${host.address} ${area}`, commands) : new Commands();
+    const names = host.names[area];
+    this.inputs = new Inputs(host.histories[area], names, commands);
+    this.counters = new Counters(names, commands);
+    this.outputs = commands ? new Outputs(`${host.address} ${area}`, names, commands) : new Commands(names);
     this.title = h("strong", {});
     this.line = h("span", {});
     this.cycle = h("b", {});

@@ -8,10 +8,11 @@ const FULL = 512;
 
 /** A duty as a bar from the middle, and in words. */
 class Shown {
-  constructor(name) {
-    this.words = h("output", { class: "command", "aria-label": name });
+  constructor(terminal, names) {
+    const called = names.small(terminal);
+    this.words = h("output", { class: "command", "aria-label": names.full(terminal) });
     this.bar = h("i", {});
-    this.element = h("div", { class: "shown", "data-on": false }, h("span", { class: "name" }, name), this.words, h("div", { class: "gauge" }, this.bar));
+    this.element = h("div", { class: "shown", "data-named": Boolean(called), "data-on": false }, h("span", { class: "name" }, terminal), called, this.words, h("div", { class: "gauge" }, this.bar));
   }
 
   /** `null` is a controller that is not there. */
@@ -25,11 +26,11 @@ class Shown {
 
 /** A pair of outputs: one motor, or two single outputs. */
 class Pair {
-  constructor(index) {
+  constructor(index, names) {
     const name = `M${index + 1}`;
-    this.motor = new Shown(name);
-    this.outputs = [0, 1].map((half) => new Shown(`O${2 * index + half + 1}`));
-    this.progress = new Progress(name);
+    this.motor = new Shown(name, names);
+    this.outputs = [0, 1].map((half) => new Shown(`O${2 * index + half + 1}`, names));
+    this.progress = new Progress(names.full(name));
     this.element = h("li", { class: "terminal" }, h("i", { class: "wire", "aria-hidden": "true" }),
       this.motor.element, this.progress.element, this.outputs.map((output) => output.element));
   }
@@ -51,8 +52,8 @@ class Pair {
 }
 
 export class Commands {
-  constructor() {
-    this.pairs = Array.from({ length: 4 }, (_, index) => new Pair(index));
+  constructor(names) {
+    this.pairs = Array.from({ length: 4 }, (_, index) => new Pair(index, names));
     this.element = h("ul", { class: "outputs", "aria-label": t("outputs") }, this.pairs.map((pair) => pair.element));
   }
 

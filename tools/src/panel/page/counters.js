@@ -5,15 +5,16 @@ import { number, t } from "./words.js";
 
 class Counter {
   /** Without `send` there is nothing to click. */
-  constructor(index, send) {
-    const name = `C${index + 1}`;
+  constructor(index, names, send) {
+    const terminal = `C${index + 1}`;
+    const name = names.full(terminal);
     this.value = h("output", { class: "count", "aria-label": name });
     this.mode = send && select(t("modeOf", { name }), ["normal", "inverted"].map((mode) => [mode, t(mode)]),
       (mode) => send({ do: "counter_mode", counter: index, mode }));
     this.reset = send && button(t("resetShort"), () => send({ do: "reset_counter", counter: index }),
       { "aria-label": t("reset", { name }), class: "small" });
     this.element = h("li", { class: "counter" },
-      h("span", { class: "name" }, h("i", { class: "socket", "aria-hidden": "true" }), name), [this.reset, this.value, this.mode]);
+      h("span", { class: "name" }, h("i", { class: "socket", "aria-hidden": "true" }), terminal), [this.reset, names.small(terminal), this.value, this.mode]);
   }
 
   update({ mode, value, level, resetting }, alive) {
@@ -26,8 +27,8 @@ class Counter {
 }
 
 export class Counters {
-  constructor(send) {
-    this.counters = Array.from({ length: 4 }, (_, index) => new Counter(index, send));
+  constructor(names, send) {
+    this.counters = Array.from({ length: 4 }, (_, index) => new Counter(index, names, send));
     this.element = h("ul", { class: "counters", "aria-label": t("counters") }, this.counters.map((counter) => counter.element));
   }
 

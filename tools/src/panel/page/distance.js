@@ -7,9 +7,8 @@ import { t } from "./words.js";
 const PULSES_MAX = 65535;
 
 export class Distance {
-  /** `duty` gives the speed and direction that are set. */
-  constructor(index, send, duty) {
-    const name = `M${index + 1}`;
+  /** `name` is the motor's for people. `duty` gives the speed and direction that are set. */
+  constructor(index, name, send, duty) {
     this.pulses = h("input", { type: "number", min: 1, max: PULSES_MAX, step: 1, value: 200, inputmode: "numeric", title: t("pulsesHint"), "aria-label": t("pulsesOf", { name }) });
     const others = [0, 1, 2, 3].filter((other) => other !== index);
     this.with = select(t("withOf", { name }), [["", t("alone")], ...others.flatMap((other) => ["together", "against"].map((way) => [`${other}/${way}`, t(way, { name: `M${other + 1}` })]))],

@@ -16,14 +16,14 @@ const HEIGHT = 40;
 
 /** A belt from above, in mm. */
 class Belt {
-  constructor({ motor, length, places }) {
+  constructor({ motor, length, places }, names) {
     this.discs = svg("g", {});
     this.length = length;
     this.names = places.map(({ name, mm }) => ({ mm, text: svg("text", {}, placeName(name)) }));
     const marks = places.map(({ mm }) => svg("rect", { class: "mark", x: mm - 1, y: -3, width: 2, height: HEIGHT + 6 }));
-    this.drawing = svg("svg", { class: "belt", viewBox: this.box(0), width: SCALE * (length + 12), role: "img", "aria-label": t("beltOf", { name: motor }) },
+    this.drawing = svg("svg", { class: "belt", viewBox: this.box(0), width: SCALE * (length + 12), role: "img", "aria-label": t("beltOf", { name: names.full(motor) }) },
       svg("rect", { class: "bed", x: 0, y: 0, width: length, height: HEIGHT, rx: 8 }), marks, this.names.map(({ text }) => text), this.discs);
-    this.element = h("li", {}, h("span", { class: "label" }, motor), this.drawing);
+    this.element = h("li", {}, h("span", { class: "label", title: names.title(motor) }, motor), this.drawing);
     this.sized = new ResizeObserver(([entry]) => this.arrange(entry.contentRect.width));
     this.sized.observe(this.drawing);
   }
@@ -96,7 +96,7 @@ export class Floor {
       return one;
     });
     const click = ({ name, piece }) => send(piece ? { do: "take_away", host: host.id, place: name } : { do: "put", host: host.id, place: name, piece: this.chosen });
-    this.belts = belts.map((belt) => new Belt(belt));
+    this.belts = belts.map((belt) => new Belt(belt, host.names[0]));
     this.places = places.map((place) => new Place(place, host.hands ? click : null));
     this.carried = h("p", { class: "note" });
     this.mishap = h("p", { class: "note", role: "status" });

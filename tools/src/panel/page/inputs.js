@@ -9,15 +9,17 @@ const LEAST = { voltage: 500, resistance: 250, resistance15k: 750, ultrasonic: 1
 
 class Input {
   /** Without `send` the mode is text. */
-  constructor(index, history, send) {
-    const name = `I${index + 1}`;
+  constructor(index, names, history, send) {
+    const terminal = `I${index + 1}`;
+    const name = names.full(terminal);
+    const called = names.small(terminal);
     this.history = history;
     this.mode = send ? this.choice(name, index, send) : h("span", { class: "mode" });
     this.trace = new Trace(t("lineOf", { name }));
     this.value = h("b", {});
     this.unit = h("small", {});
-    this.element = h("li", { class: "input" },
-      h("span", { class: "name" }, name), this.mode, this.trace.element,
+    this.element = h("li", { class: "input", "data-named": Boolean(called) },
+      h("span", { class: "name" }, terminal), called, this.mode, this.trace.element,
       h("output", { class: "value", "aria-label": name }, this.value, this.unit), h("i", { class: "wire", "aria-hidden": "true" }));
   }
 
@@ -42,8 +44,8 @@ class Input {
 }
 
 export class Inputs {
-  constructor(histories, send) {
-    this.inputs = histories.map((history, index) => new Input(index, history, send));
+  constructor(histories, names, send) {
+    this.inputs = histories.map((history, index) => new Input(index, names, history, send));
     this.element = h("ul", { class: "inputs", "aria-label": t("inputs") }, this.inputs.map((input) => input.element));
   }
 

@@ -82,7 +82,7 @@ class Machine {
   value(name, value) {
     if (!this.values.has(name)) {
       const shown = h("b", {});
-      const item = h("li", {}, `${name} `, shown);
+      const item = h("li", {}, `${name} `, this.host.names[0].small(name), shown);
       this.values.set(name, { shown, item });
       this.list.append(item);
     }

@@ -36,8 +36,9 @@ function gear() {
 }
 
 export class MotorView {
-  constructor({ motor, slide }, ends) {
-    this.name = `M${motor + 1}`;
+  constructor({ motor, slide }, names, ends) {
+    const terminal = `M${motor + 1}`;
+    this.name = names.full(terminal);
     this.speed = null;
     this.gear = gear();
     // The browser turns it by itself; only the rate is set.
@@ -45,7 +46,7 @@ export class MotorView {
     this.turn.pause();
     // It must not run backwards over its beginning.
     this.turn.currentTime = TURN_MS * 1e6;
-    this.element = h("li", { class: "moving" }, h("div", { class: "drive" }, this.gear, h("span", { class: "label" }, this.name)));
+    this.element = h("li", { class: "moving" }, h("div", { class: "drive" }, this.gear, h("span", { class: "label" }, terminal), names.small(terminal)));
     if (slide !== null) this.element.append(this.rail(ends));
   }
 
@@ -84,13 +85,14 @@ export class MotorView {
 }
 
 export class LampView {
-  constructor({ output }) {
-    this.name = `O${output + 1}`;
+  constructor({ output }, names) {
+    const terminal = `O${output + 1}`;
+    this.name = names.full(terminal);
     this.bulb = svg("svg", { class: "bulb", viewBox: "-32 -32 64 64", role: "img" },
       svg("radialGradient", { id: "halo" }, svg("stop", { class: "halo-stop", offset: 0.4, "stop-opacity": 0.55 }), svg("stop", { class: "halo-stop", offset: 1, "stop-opacity": 0 })),
       svg("circle", { class: "halo", r: 31 }), svg("circle", { class: "glass", r: 15 }), svg("circle", { class: "light", r: 15 }),
       svg("path", { class: "wire-in", d: "M-5 6L-3 -4L0 2L3 -4L5 6" }));
-    this.element = h("li", { class: "lamp" }, this.bulb, h("span", { class: "label" }, this.name));
+    this.element = h("li", { class: "lamp" }, this.bulb, h("span", { class: "label" }, terminal), names.small(terminal));
   }
 
   update({ glow }) {

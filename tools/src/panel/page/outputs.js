@@ -53,8 +53,9 @@ class Duty {
 
 /** A motor: backwards, stop, forward, and a speed. The speed is kept while the motor stands. */
 class MotorControl {
-  constructor(index, place, send) {
-    const name = `M${index + 1}`;
+  constructor(index, place, names, send) {
+    const terminal = `M${index + 1}`;
+    const name = names.full(terminal);
     this.direction = 0;
     const motor = throttled((duty) => send({ do: "motor", motor: index, duty }));
     const drive = (direction) => () => {
@@ -62,13 +63,13 @@ class MotorControl {
       this.speed.hold();
       motor(direction * this.speed.set);
     };
-    this.speed = new Duty(`${place} ${name}`, t("speedOf", { name }), (speed) => {
+    this.speed = new Duty(`${place} ${terminal}`, t("speedOf", { name }), (speed) => {
       if (this.direction) motor(this.direction * speed);
     });
     this.buttons = [["left", -1, "↺"], ["stopOf", 0, "■"], ["right", 1, "↻"]].map(([word, direction, sign]) =>
       button(sign, drive(direction), { "aria-label": t(word, { name }), title: t(word, { name }), "data-direction": direction }));
     this.directions = h("div", { class: "directions", role: "group", "aria-label": name }, this.buttons);
-    this.distance = new Distance(index, send, () => (this.direction || 1) * this.speed.set);
+    this.distance = new Distance(index, name, send, () => (this.direction || 1) * this.speed.set);
     this.element = h("div", { class: "motor-control" }, this.speed.element, this.distance.element);
   }
 
@@ -89,11 +90,13 @@ class MotorControl {
 
 /** A single output: a switch and a value. */
 class OutputControl {
-  constructor(index, place, send) {
-    const name = `O${index + 1}`;
+  constructor(index, place, names, send) {
+    const terminal = `O${index + 1}`;
+    const name = names.full(terminal);
+    const called = names.small(terminal);
     this.on = false;
     const output = throttled((duty) => send({ do: "output", output: index, duty }));
-    this.level = new Duty(`${place} ${name}`, t("dutyOf", { name }), (level) => {
+    this.level = new Duty(`${place} ${terminal}`, t("dutyOf", { name }), (level) => {
       if (this.on) output(level);
     });
     this.switch = button("○", () => {
@@ -101,7 +104,7 @@ class OutputControl {
       this.level.hold();
       output(this.on ? this.level.set : 0);
     }, { class: "toggle", "aria-label": t("switchOf", { name }) });
-    this.element = h("div", { class: "output-control", "data-on": false }, h("span", { class: "name" }, name), this.switch, this.level.element);
+    this.element = h("div", { class: "output-control", "data-named": Boolean(called), "data-on": false }, h("span", { class: "name" }, terminal), called, this.switch, this.level.element);
   }
 
   update(duty) {
@@ -119,15 +122,16 @@ class OutputControl {
 const NOTHING = { duty: [0, 0], distance: 0, done: 0, ready: false, with: null };
 
 class Terminal {
-  constructor(index, place, send) {
+  constructor(index, place, names, send) {
     const name = `M${index + 1}`;
-    this.kind = select(t("kindOf", { name }), [["motor", t("asMotor")], ["outputs", t("asOutputs")]],
+    const called = names.small(name);
+    this.kind = select(t("kindOf", { name: names.full(name) }), [["motor", t("asMotor")], ["outputs", t("asOutputs")]],
       (kind) => send({ do: "motor_kind", motor: index, outputs: kind === "outputs" }));
-    this.motor = new MotorControl(index, place, send);
-    this.outputs = [0, 1].map((half) => new OutputControl(2 * index + half, place, send));
+    this.motor = new MotorControl(index, place, names, send);
+    this.outputs = [0, 1].map((half) => new OutputControl(2 * index + half, place, names, send));
     this.pair = h("div", { class: "pair" }, this.outputs.map((output) => output.element));
-    this.element = h("li", { class: "terminal" },
-      h("i", { class: "wire", "aria-hidden": "true" }), h("span", { class: "name" }, name), this.kind, this.motor.directions,
+    this.element = h("li", { class: "terminal", "data-named": Boolean(called) },
+      h("i", { class: "wire", "aria-hidden": "true" }), h("span", { class: "name" }, name), called, this.kind, this.motor.directions,
       this.motor.element, this.pair);
   }
 
@@ -144,8 +148,8 @@ class Terminal {
 
 export class Outputs {
   /** `place` names the area and its controller. */
-  constructor(place, send) {
-    this.terminals = Array.from({ length: 4 }, (_, index) => new Terminal(index, place, send));
+  constructor(place, names, send) {
+    this.terminals = Array.from({ length: 4 }, (_, index) => new Terminal(index, place, names, send));
     this.element = h("ul", { class: "outputs", "aria-label": t("outputs") }, this.terminals.map((terminal) => terminal.element));
   }
 

@@ -9,11 +9,12 @@ class Tile {
     this.title = button("", open);
     this.phase = h("span", { class: "phase" });
     this.facts = h("p", { class: "note" });
-    this.inputs = Array.from({ length: 8 }, (_, index) => h("li", {}, h("i", {}), `I${index + 1}`));
+    const [names] = host.names;
+    this.inputs = Array.from({ length: 8 }, (_, index) => `I${index + 1}`).map((name) => h("li", { title: names.title(name) }, h("i", {}), name));
     this.motors = Array.from({ length: 4 }, (_, index) => {
       const bar = h("i", {});
       const name = h("span", {}, `M${index + 1}`);
-      return { bar, name, element: h("li", {}, name, h("div", { class: "gauge" }, bar)) };
+      return { bar, name, element: h("li", { title: names.title(`M${index + 1}`, `O${2 * index + 1}`, `O${2 * index + 2}`) }, name, h("div", { class: "gauge" }, bar)) };
     });
     this.driver = h("span", { class: "note" });
     this.lesson = h("p", { class: "note lesson-note" });

@@ -1,5 +1,6 @@
 // What the page knows of each host: its newest state, and the last ten seconds of its inputs.
 
+import { Names } from "./names.js";
 import { History } from "./trace.js";
 
 const AREAS = 9;
@@ -13,7 +14,7 @@ function smoothed(before, { phase, cycle_ms: now }) {
 }
 
 class Host {
-  constructor({ id, address, simulated, driven, hands, watched }) {
+  constructor({ id, address, simulated, driven, hands, watched, names }) {
     this.id = id;
     this.address = address;
     this.simulated = simulated;
@@ -23,6 +24,8 @@ class Host {
     this.hands = hands;
     // Whether another program drives it through this one, which can end that.
     this.watched = watched;
+    // What people call its terminals, by area.
+    this.names = Array.from({ length: AREAS }, (_, area) => new Names(names[area]));
     this.state = null;
     this.lastError = null;
     this.cycle = null;

@@ -5,14 +5,19 @@ import { Joystick } from "./joystick.js";
 import { LampView, MotorView } from "./machine.js";
 import { number, t } from "./words.js";
 
+/** A terminal, what is there, and what people call it. */
+function label(terminal, names, kind) {
+  return [h("span", { class: "label" }, terminal, h("small", {}, kind)), names.small(terminal)];
+}
+
 /** A button or a switch: pressed as long as the mouse, the Enter key or its number key is held. */
 class Push {
-  constructor({ input, kind }, send) {
+  constructor({ input, kind }, names, send) {
     const name = `I${input + 1}`;
     this.input = input;
     this.pressed = false;
     this.send = (pressed) => send({ do: "press", input, pressed });
-    this.cap = h("button", { type: "button", class: "push", "aria-label": t("press", { name }), "aria-pressed": "false" }, h("i", {}));
+    this.cap = h("button", { type: "button", class: "push", "aria-label": t("press", { name: names.full(name) }), "aria-pressed": "false" }, h("i", {}));
     this.cap.addEventListener("pointerdown", (event) => {
       this.cap.setPointerCapture(event.pointerId);
       this.press(true);
@@ -21,7 +26,7 @@ class Push {
     this.cap.addEventListener("keydown", (event) => event.key === "Enter" && this.press(true));
     this.cap.addEventListener("keyup", (event) => event.key === "Enter" && this.press(false));
     this.cap.addEventListener("contextmenu", (event) => event.preventDefault());
-    this.element = h("li", { class: "sensor-push" }, this.cap, h("span", { class: "label" }, name, h("small", {}, t(kind))));
+    this.element = h("li", { class: "sensor-push" }, this.cap, label(name, names, t(kind)));
   }
 
   press(pressed) {
@@ -43,15 +48,15 @@ class Push {
 
 /** Black or white under one half of a trail sensor. */
 class Trail {
-  constructor({ input }, send) {
+  constructor({ input }, names, send) {
     const name = `I${input + 1}`;
     this.button = button("", () => {
       hold(this.button);
       this.show(!this.white);
       send({ do: "sensor", input, value: this.white ? 1 : 0 });
     }, { class: "trail" });
-    this.name = `${name}: ${t("trail")}`;
-    this.element = h("li", { class: "sensor-push" }, this.button, h("span", { class: "label" }, name, h("small", {}, t("trail"))));
+    this.name = `${names.full(name)}: ${t("trail")}`;
+    this.element = h("li", { class: "sensor-push" }, this.button, label(name, names, t("trail")));
   }
 
   update({ value }) {
@@ -68,18 +73,18 @@ class Trail {
 }
 
 class Slider {
-  constructor({ input, kind, min, max, value }, send) {
+  constructor({ input, kind, min, max, value }, names, send) {
     const name = `I${input + 1}`;
     this.min = min;
     this.max = max;
     const sensor = throttled((value) => send({ do: "sensor", input, value }));
-    this.slider = h("input", { type: "range", min, max, step: max - min > 20 ? 1 : (max - min) / 100, value, "aria-label": `${name}: ${t(kind)}` });
+    this.slider = h("input", { type: "range", min, max, step: max - min > 20 ? 1 : (max - min) / 100, value, "aria-label": `${names.full(name)}: ${t(kind)}` });
     this.slider.addEventListener("input", () => {
       hold(this.slider);
       sensor(Number(this.slider.value));
     });
     this.text = h("output", { class: "duty" });
-    this.element = h("li", { class: "sensor-slider" }, h("span", { class: "label" }, name, h("small", {}, t(kind))), h("div", { class: "slide-row" }, this.slider, this.text));
+    this.element = h("li", { class: "sensor-slider" }, label(name, names, t(kind)), h("div", { class: "slide-row" }, this.slider, this.text));
   }
 
   update({ value, unit }) {
@@ -90,9 +95,9 @@ class Slider {
   }
 }
 
-function sensorView(sensor, send) {
-  if (sensor.kind === "button" || sensor.kind === "switch") return new Push(sensor, send);
-  return sensor.kind === "trail" ? new Trail(sensor, send) : new Slider(sensor, send);
+function sensorView(sensor, names, send) {
+  if (sensor.kind === "button" || sensor.kind === "switch") return new Push(sensor, names, send);
+  return sensor.kind === "trail" ? new Trail(sensor, names, send) : new Slider(sensor, names, send);
 }
 
 /** A remote in the user's hand. */
@@ -149,15 +154,16 @@ function list(name, parts) {
 export class World {
   constructor(host, area, state, send) {
     this.area = area;
+    const names = host.names[area];
     const commands = (command) => send({ ...command, host: host.id, area });
     const board = state.world.boards[area];
     // What slides move and places see is not for hands, and some pages have none.
     const hands = board.inputs.filter((sensor) => host.hands && sensor.moved_by === null && sensor.place === null);
     const ends = (motor) => board.inputs.filter((sensor) => sensor.moved_by === motor && sensor.kind === "switch").map((sensor) => sensor.input);
-    this.sensors = hands.map((sensor) => sensorView(sensor, commands));
+    this.sensors = hands.map((sensor) => sensorView(sensor, names, commands));
     this.inputs = hands.map((sensor) => sensor.input);
-    this.motors = board.motors.map((motor) => new MotorView(motor, ends(motor.motor)));
-    this.lamps = board.lamps.map((lamp) => new LampView(lamp));
+    this.motors = board.motors.map((motor) => new MotorView(motor, names, ends(motor.motor)));
+    this.lamps = board.lamps.map((lamp) => new LampView(lamp, names));
     this.remotes = area || !host.hands ? [] : state.world.remotes.map((remote, index) => new RemoteView(index, remote, commands));
     this.controls = h("fieldset", { class: "scene" },
       list("hands", this.sensors),

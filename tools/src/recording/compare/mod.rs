@@ -13,6 +13,7 @@ use ft_transfer_area_recorder::{value_names, Column, Cycle};
 
 use super::plot::{self, second_over_first};
 use super::survey::progress;
+use crate::names::{self, Names};
 use crate::print;
 use changes::Changes;
 use side::{Side, Step};
@@ -38,7 +39,9 @@ pub(crate) struct Args {
     /// The second recording
     second: PathBuf,
     /// What to compare: I1 to I8, C1 to C4, M1 to M4, O1 to O8; without any, everything
-    names: Vec<Column>,
+    terminals: Vec<Column>,
+    #[command(flatten)]
+    names: names::File,
     /// Draw both over each other
     #[arg(long, value_name = "FILE.svg", value_parser = plot::picture_name)]
     plot: Option<PathBuf>,
@@ -46,8 +49,9 @@ pub(crate) struct Args {
 
 /// Returns whether they are the same.
 pub(crate) fn run(args: Args) -> anyhow::Result<bool> {
+    let names = args.names.read()?;
     let mut sides = [Side::open(&args.first)?, Side::open(&args.second)?];
-    let found = compare(&mut sides, &args.names)?;
+    let found = compare(&mut sides, &args.terminals, &names)?;
     for side in &sides {
         side.say_what_is_missing();
     }
@@ -55,7 +59,14 @@ pub(crate) fn run(args: Args) -> anyhow::Result<bool> {
     if let Some(output) = &args.plot {
         let begins = sides.each_ref().map(Side::begin);
         let mark = found.at(&sides);
-        second_over_first([&args.first, &args.second], begins, args.names, mark, output)?;
+        second_over_first(
+            [&args.first, &args.second],
+            begins,
+            args.terminals,
+            &names,
+            mark,
+            output,
+        )?;
         print::line(output.display())?;
     }
     Ok(matches!(found.what, What::Same))
@@ -85,7 +96,7 @@ enum What {
     },
 }
 
-fn compare(sides: &mut [Side; 2], names: &[Column]) -> anyhow::Result<Found> {
+fn compare(sides: &mut [Side; 2], terminals: &[Column], names: &Names) -> anyhow::Result<Found> {
     let mut found = Found { same: 0, left_out: 0, what: What::Same };
     let mut changes = [Changes::default(), Changes::default()];
     let progress = progress("compares");
@@ -112,15 +123,15 @@ fn compare(sides: &mut [Side; 2], names: &[Column]) -> anyhow::Result<Found> {
         let (Some(first), Some(second)) = (sides[0].take()?, sides[1].take()?) else { break };
         progress.inc(1);
         if found.same == 0 {
-            let has = |step: &Step, name: &Column| name.value(&step.cycle.areas).is_some();
-            let missing = names.iter().find(|name| !has(&first, name) && !has(&second, name));
-            if let Some(name) = missing {
+            let has = |step: &Step, column: &Column| column.value(&step.cycle.areas).is_some();
+            let missing = terminals.iter().find(|one| !has(&first, one) && !has(&second, one));
+            if let Some(terminal) = missing {
                 bail!(
-                    "{name} is in none of the two recordings: their programs have no area for it"
+                    "{terminal} is in none of the two recordings: their programs have no area for it"
                 );
             }
         }
-        let values = differing([&first, &second], &mut changes, names);
+        let values = differing([&first, &second], &mut changes, terminals, names);
         if !values.is_empty() {
             found.what =
                 What::Differs { number: first.cycle.number, at: [first.at, second.at], values };
@@ -139,12 +150,13 @@ fn compare(sides: &mut [Side; 2], names: &[Column]) -> anyhow::Result<Found> {
 fn differing(
     steps: [&Step; 2],
     changes: &mut [Changes; 2],
-    names: &[Column],
+    terminals: &[Column],
+    names: &Names,
 ) -> Vec<(String, [String; 2])> {
     let cycles = steps.map(|step| &step.cycle);
-    if !names.is_empty() {
+    if !terminals.is_empty() {
         let values = |column: &Column| cycles.map(|cycle| column.value(&cycle.areas));
-        let texts = names.iter().map(|name| (name.to_string(), values(name).map(text)));
+        let texts = terminals.iter().map(|one| (names.beside(one), values(one).map(text)));
         return texts.filter(|(_, [first, second])| first != second).collect();
     }
     let mut found = Vec::new();
@@ -175,7 +187,8 @@ fn differing(
                 Some(changes) if changes::is_id(name) => changed(changes),
                 value => text(value),
             });
-            note(format!("/{controller}/{part} {name}"), texts);
+            let called = names.of(area, name).map(|called| format!(" ({called})"));
+            note(format!("/{controller}/{part} {name}{}", called.unwrap_or_default()), texts);
         }
     }
     found

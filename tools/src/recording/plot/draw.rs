@@ -14,8 +14,9 @@ const PANEL: u32 = 230;
 const TITLE: u32 = 40;
 /// Below the last panel are the times.
 const TIMES: u32 = 45;
-/// A line of names above each panel.
+/// A line of names above each panel, and each line more that they need.
 const NAMES: u32 = 26;
+const MORE_NAMES: u32 = 20;
 const LEFT: u32 = 80;
 const RIGHT: u32 = 30;
 
@@ -78,7 +79,7 @@ type Failed<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::Error
 
 /// The picture as SVG.
 pub(super) fn svg(picture: &Picture) -> anyhow::Result<String> {
-    let height = TITLE + PANEL * picture.panels.len() as u32 + TIMES;
+    let height = TITLE + picture.panels.iter().map(panel_height).sum::<u32>() + TIMES;
     let mut svg = String::new();
     let root = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
     draw(picture, &root).map_err(|error| anyhow::anyhow!("the picture can't be drawn: {error}"))?;
@@ -100,7 +101,8 @@ fn draw<'a>(picture: &Picture, root: &Area<'a>) -> Result<(), Failed<'a>> {
     let mut rest = root.split_vertically(TITLE).1;
     for (index, panel) in picture.panels.iter().enumerate() {
         let is_last = index + 1 == picture.panels.len();
-        let (area, below) = rest.split_vertically(PANEL + if is_last { TIMES } else { 0 });
+        let (area, below) =
+            rest.split_vertically(panel_height(panel) + if is_last { TIMES } else { 0 });
         draw_panel(picture, panel, &area, is_last)?;
         rest = below;
     }
@@ -118,7 +120,7 @@ fn draw_panel<'a>(
     area: &Area<'a>,
     with_times: bool,
 ) -> Result<(), Failed<'a>> {
-    let (names, area) = area.split_vertically(NAMES);
+    let (names, area) = area.split_vertically(names_height(panel));
     draw_names(panel, &names)?;
     let lane = lane(panel);
     let values = value_range(panel, lane);
@@ -170,17 +172,47 @@ fn draw_panel<'a>(
 
 /// What the values are, and the name of each line with a piece of it.
 fn draw_names<'a>(panel: &Panel, area: &Area<'a>) -> Result<(), Failed<'a>> {
-    /// About how wide a letter is.
-    const LETTER: i32 = 9;
-    let axis = format!("{}:", panel.axis);
-    area.draw_text(&axis, &text(17), (LEFT as i32, 7))?;
-    let mut left = LEFT as i32 + LETTER * axis.chars().count() as i32;
-    for (line, (colour, _)) in panel.lines.iter().zip(LINES.iter().cycle()) {
-        area.draw(&PathElement::new([(left, 14), (left + 18, 14)], colour.stroke_width(3)))?;
-        area.draw_text(&line.name, &text(17), (left + 23, 7))?;
-        left += 23 + LETTER * line.name.len() as i32 + 14;
+    area.draw_text(&axis(panel), &text(17), (LEFT as i32, 7))?;
+    let places = panel.lines.iter().zip(name_places(panel));
+    for ((line, (left, top)), (colour, _)) in places.zip(LINES.iter().cycle()) {
+        let piece = [(left, top + 7), (left + 18, top + 7)];
+        area.draw(&PathElement::new(piece, colour.stroke_width(3)))?;
+        area.draw_text(&line.name, &text(17), (left + 23, top))?;
     }
     Ok(())
+}
+
+fn axis(panel: &Panel) -> String {
+    format!("{}:", panel.axis)
+}
+
+/// Where the name of each line is drawn, with its piece: what does not fit beside the others is below them.
+fn name_places(panel: &Panel) -> Vec<(i32, i32)> {
+    /// About how wide a letter is.
+    const LETTER: i32 = 9;
+    let width = |text: &str| LETTER * text.chars().count() as i32;
+    let (begin, end) = (LEFT as i32, (WIDTH - RIGHT) as i32);
+    let (mut left, mut top) = (begin + width(&axis(panel)), 7);
+    let place = |line: &Line| {
+        let wide = 23 + width(&line.name);
+        if left > begin && left + wide > end {
+            (left, top) = (begin, top + MORE_NAMES as i32);
+        }
+        let place = (left, top);
+        left += wide + 14;
+        place
+    };
+    panel.lines.iter().map(place).collect()
+}
+
+fn names_height(panel: &Panel) -> u32 {
+    let lowest = name_places(panel).last().map_or(7, |(_, top)| *top);
+    NAMES + u32::try_from(lowest - 7).unwrap_or(0)
+}
+
+/// With the names above it.
+fn panel_height(panel: &Panel) -> u32 {
+    PANEL + names_height(panel) - NAMES
 }
 
 fn values(panel: &Panel) -> impl Iterator<Item = f64> + '_ {

@@ -14,13 +14,13 @@ use ft_transfer_area_recorder::{Column, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::whole::say_what_is_missing;
-use crate::print;
+use crate::{names, print};
 use draw::Picture;
 use tracks::Tracks;
 pub(super) use two::second_over_first;
 
 const AFTER: &str = "\
-There is one panel for each unit. Without names, all inputs, counters and motors that change are
+There is one panel for each unit. Without terminals, all inputs, counters and motors that change are
 drawn. The picture follows the light or dark setting of what shows it. Where there was no connection,
 or the file is damaged, it is shaded. A tick at the bottom is a motor that has reached its distance or is stalled, or an
 extension that came or went.
@@ -34,7 +34,9 @@ pub(crate) struct Args {
     /// The recording
     recording: PathBuf,
     /// What to draw: I1 to I8, C1 to C4, M1 to M4, O1 to O8; of extension 1 E1.I1
-    names: Vec<Column>,
+    terminals: Vec<Column>,
+    #[command(flatten)]
+    names: names::File,
     /// The picture [default: the recording's name with .svg]
     #[arg(short, long, value_name = "FILE.svg")]
     output: Option<PathBuf>,
@@ -54,12 +56,13 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     if !is_picture(&output) {
         bail!("{}: {NAME}", output.display());
     }
+    let names = args.names.read()?;
     let to = args.to.unwrap_or(f64::INFINITY);
     if args.from >= to {
         bail!("--from has to be before --to");
     }
     let mut recording = Recording::open(&args.recording)?;
-    let mut tracks = Tracks::new(args.names, args.from..to);
+    let mut tracks = Tracks::new(args.terminals, names, args.from..to);
     read(&mut recording, &mut tracks, Duration::ZERO)?;
     say_what_is_missing(&recording, &args.recording, ": it is drawn up to there");
     let file = args.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();

@@ -8,6 +8,7 @@ use ft_transfer_area_recorder::{Column, Cycle, Entry, Recorded, Transfer};
 
 use super::draw::{Line, Panel, Picture};
 use super::thin::Thin;
+use crate::names::Names;
 use crate::print;
 
 /// More ticks than this are a grey bar, so the others are left out.
@@ -27,6 +28,7 @@ pub(super) struct Tracks {
     wanted: Range<f64>,
     /// Whether nothing was named, so all that changes is drawn.
     all: bool,
+    names: Names,
     /// How many areas have tracks then.
     areas: usize,
     tracks: Vec<Track>,
@@ -48,12 +50,13 @@ struct Track {
 }
 
 impl Tracks {
-    pub(super) fn new(columns: Vec<Column>, wanted: Range<f64>) -> Self {
+    pub(super) fn new(columns: Vec<Column>, names: Names, wanted: Range<f64>) -> Self {
         let all = columns.is_empty();
         let tracks = columns.into_iter().map(Track::new).collect();
         Self {
             wanted,
             all,
+            names,
             areas: 0,
             tracks,
             seen: None,
@@ -110,7 +113,7 @@ impl Tracks {
     fn take_transfer(&mut self, at: f64, reported: Transfer) {
         match reported {
             Transfer::Began { device_name, .. } | Transfer::Restored { device_name, .. } => {
-                self.name(at, device_name);
+                self.answers(at, device_name);
             }
             Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_) => self.lose(at),
             _ => {}
@@ -118,7 +121,7 @@ impl Tracks {
     }
 
     /// The controller with this name answers now; the name is empty if it was not asked.
-    fn name(&mut self, at: f64, name: String) {
+    fn answers(&mut self, at: f64, name: String) {
         if at < self.wanted.start {
             self.controllers.clear();
         }
@@ -205,6 +208,11 @@ impl Tracks {
             .flat_map(|track| track.lines.iter().map(|(unit, line)| (track.column, *unit, line)))
     }
 
+    /// What is written beside a piece of a terminal's line.
+    pub(super) fn name(&self, column: Column) -> String {
+        self.names.beside(&column)
+    }
+
     /// One panel for each unit, in the order in which units come first.
     fn panels(&self) -> Vec<Panel> {
         let mut panels = Vec::new();
@@ -212,7 +220,7 @@ impl Tracks {
             if self.all && Thin::are_constant([line]) {
                 continue;
             }
-            let (name, parts) = (column.to_string(), line.lines());
+            let (name, parts) = (self.name(column), line.lines());
             panel_for(unit, &mut panels).lines.push(Line { name, parts, over: Vec::new() });
         }
         panels.into_iter().map(|(_, panel)| panel).collect()

@@ -10,17 +10,20 @@ use super::draw::{Line, Panel, Picture};
 use super::thin::Thin;
 use super::tracks::{panel_for, Tracks};
 use super::{read, save};
+use crate::names::Names;
 
 /// Draws the second recording as thin lines over the wide ones of the first. Times are those since these beginnings,
 /// and the mark is where they differ first.
 pub(crate) fn second_over_first(
     paths: [&Path; 2],
     begins: [Duration; 2],
-    names: Vec<Column>,
+    terminals: Vec<Column>,
+    names: &Names,
     mark: Option<f64>,
     output: &Path,
 ) -> anyhow::Result<()> {
-    let mut both = [(); 2].map(|()| Tracks::new(names.clone(), 0.0..f64::INFINITY));
+    let mut both =
+        [(); 2].map(|()| Tracks::new(terminals.clone(), names.clone(), 0.0..f64::INFINITY));
     for ((path, begin), tracks) in paths.iter().zip(begins).zip(&mut both) {
         read(&mut Recording::open(path)?, tracks, begin)?;
     }
@@ -71,7 +74,7 @@ fn panels(both: &[Tracks; 2]) -> Vec<Panel> {
             continue;
         }
         let [parts, over] = lines.map(|line| line.map(Thin::lines).unwrap_or_default());
-        panel_for(unit, &mut panels).lines.push(Line { name: column.to_string(), parts, over });
+        panel_for(unit, &mut panels).lines.push(Line { name: first.name(column), parts, over });
     }
     panels.into_iter().map(|(_, panel)| panel).collect()
 }
