@@ -418,6 +418,7 @@ fn what_a_program_has_made_by_fork_ends_with_it() {
         ("-DFORK -DREMOVED", true),
         ("-DFORK -DTHREAD", true),
         ("-DCHAIN", true),
+        ("-DFORK -DEXEC", true),
     ];
     for (kind, last) in kinds {
         let txt = txt().start().unwrap();
