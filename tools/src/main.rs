@@ -15,6 +15,7 @@ mod lines;
 mod names;
 mod open_files;
 mod panel;
+mod plotter;
 mod print;
 mod program;
 mod progress;

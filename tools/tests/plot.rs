@@ -170,6 +170,7 @@ fn mistakes_end_with_a_sentence() {
         (&path, &["I9"][..], 2, "there is no \"I9\""),
         (&path, &["E4.I1"], 1, "E4.I1 is not in slide.mcap"),
         (&path, &["I1", "-o", recording], 1, "the name of a picture ends with .svg"),
+        (&path, &["--html", recording], 1, "the name of a page ends with .html"),
         (&path, &["I1", "-o", "/no/such/folder/a.svg"], 1, "can't write /no/such/folder/a.svg: "),
         (&path, &["I1", "--from", "2", "--to", "1"], 1, "--from has to be before --to"),
         (&path, &["I1", "--from", "x"], 2, "seconds are expected"),

@@ -3,14 +3,13 @@
 
 use std::io::{self, Write};
 
-use anyhow::{ensure, Context};
 use axum::body::Bytes;
-use base64::prelude::{Engine, BASE64_STANDARD};
 use flate2::write::GzEncoder;
 use flate2::Compression;
-use sha2::{Digest, Sha256};
 
-use super::bundle;
+use crate::plotter;
+use crate::web::bundle::bundle;
+use crate::web::document::{allowed, put, unix_lines};
 
 const DOCUMENT: &str = include_str!("page/index.html");
 const LESSON_DOCUMENT: &str = include_str!("page/lesson.html");
@@ -57,6 +56,7 @@ const PANEL_MODULES: &[(&str, &str)] = modules!(
     "camera.js",
     "i2c.js",
     "remotes.js",
+    "plot.js",
     "host.js",
     "overview.js",
     "tabs.js",
@@ -65,23 +65,38 @@ const PANEL_MODULES: &[(&str, &str)] = modules!(
 );
 const LESSON_MODULES: &[(&str, &str)] = modules!("lesson.js");
 
-/// A page, ready to be sent.
-pub(super) struct Page {
-    pub(super) html: Bytes,
+/// A file, ready to be sent.
+pub(super) struct Ready {
+    pub(super) kind: &'static str,
+    pub(super) plain: Bytes,
     pub(super) gzip: Bytes,
+}
+
+impl Ready {
+    fn new(kind: &'static str, text: String) -> anyhow::Result<Self> {
+        Ok(Self { kind, gzip: gzip(text.as_bytes())?.into(), plain: text.into() })
+    }
+}
+
+/// A page.
+pub(super) struct Page {
+    pub(super) document: Ready,
     /// Which scripts and styles a browser may use: those of the page, and no others.
     pub(super) policy: String,
 }
 
 impl Page {
-    /// The page of the panel.
-    pub(super) fn panel() -> anyhow::Result<Self> {
+    /// The page of the panel. It loads the files of the plotter later.
+    pub(super) fn panel(plotter: &Plotter) -> anyhow::Result<Self> {
         let mut html = unix_lines(DOCUMENT);
         let style = put(&mut html, "<link rel=\"stylesheet\" href=\"panel.css\">", "style", STYLE)?;
         let stop = put(&mut html, "<script src=\"stop.js\"></script>", "script", STOP)?;
         let link = "<script type=\"module\" src=\"panel.js\"></script>";
         let panel = put(&mut html, link, "script type=\"module\"", &script(PANEL_MODULES)?)?;
-        let policy = format!("script-src {stop} {panel}; style-src {style}");
+        let policy = format!(
+            "script-src {stop} {panel} {}; style-src {style} {}",
+            plotter.script_allowed, plotter.style_allowed
+        );
         Self::ready(html, policy)
     }
 
@@ -98,28 +113,33 @@ impl Page {
     }
 
     fn ready(html: String, policy: String) -> anyhow::Result<Self> {
-        Ok(Self { gzip: gzip(html.as_bytes())?.into(), html: html.into(), policy })
+        Ok(Self { document: Ready::new("text/html; charset=utf-8", html)?, policy })
+    }
+}
+
+/// The files of the plotter, and how a Content-Security-Policy allows them.
+pub(super) struct Plotter {
+    pub(super) script: Ready,
+    pub(super) style: Ready,
+    script_allowed: String,
+    style_allowed: String,
+}
+
+impl Plotter {
+    pub(super) fn new() -> anyhow::Result<Self> {
+        let (script, style) = (plotter::script()?, plotter::style());
+        Ok(Self {
+            script_allowed: allowed(&script),
+            style_allowed: allowed(&style),
+            script: Ready::new("text/javascript; charset=utf-8", script)?,
+            style: Ready::new("text/css; charset=utf-8", style)?,
+        })
     }
 }
 
 /// One script of the modules that both pages use, and these.
 fn script(own: &[(&str, &str)]) -> anyhow::Result<String> {
-    bundle::bundle(&[SHARED_MODULES, own].concat())
-}
-
-/// Puts a file where the document names it. Returns how a Content-Security-Policy allows it.
-fn put(html: &mut String, link: &str, tag: &str, text: &str) -> anyhow::Result<String> {
-    let name = tag.split(' ').next().unwrap_or(tag);
-    let text = unix_lines(text);
-    ensure!(!text.contains(&format!("</{name}")), "the text of {link} would end its element");
-    let (before, after) = html.split_once(link).with_context(|| format!("{link} is missing"))?;
-    *html = format!("{before}<{tag}>{text}</{name}>{after}");
-    Ok(format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(&text))))
-}
-
-/// As browsers read it, however the files were checked out.
-fn unix_lines(text: &str) -> String {
-    text.replace("\r\n", "\n")
+    bundle(&[SHARED_MODULES, own].concat())
 }
 
 fn gzip(bytes: &[u8]) -> io::Result<Vec<u8>> {
@@ -136,8 +156,8 @@ mod tests {
 
     #[test]
     fn the_page_is_whole_and_loads_only_its_icon() {
-        let page = Page::panel().unwrap();
-        let html = std::str::from_utf8(&page.html).unwrap();
+        let page = Page::panel(&Plotter::new().unwrap()).unwrap().document;
+        let html = std::str::from_utf8(&page.plain).unwrap();
         assert_eq!((html.matches("<script").count(), html.matches("<style").count()), (2, 1));
         let loaded: Vec<_> = html
             .lines()

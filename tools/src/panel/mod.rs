@@ -1,6 +1,5 @@
 //! `txt panel`: a page in the browser that shows and drives controllers.
 
-mod bundle;
 mod camera;
 mod common;
 mod connection;

@@ -20,7 +20,7 @@ use tokio::sync::Semaphore;
 use super::connection;
 use super::course::Course;
 use super::dispatch::Panel;
-use super::files::{Page, ICON};
+use super::files::{Page, Plotter, Ready, ICON};
 use crate::web::access::{Asked, Refusal, TOO_MANY, WRONG_HOST};
 use crate::web::connections::Kept;
 use crate::web::{self, pictures};
@@ -42,16 +42,19 @@ struct Server {
     panels: Arc<[Arc<Panel>]>,
     page: Arc<Page>,
     lesson: Arc<Page>,
+    plotter: Arc<Plotter>,
     pages: Arc<Semaphore>,
     viewers: Arc<Semaphore>,
 }
 
 /// Serves panels at one address. The token of a request says which one it is for.
 pub(super) fn router(panels: impl IntoIterator<Item = Arc<Panel>>) -> anyhow::Result<Router> {
+    let plotter = Arc::new(Plotter::new()?);
     let server = Server {
         panels: panels.into_iter().collect(),
-        page: Arc::new(Page::panel()?),
+        page: Arc::new(Page::panel(&plotter)?),
         lesson: Arc::new(Page::lesson()?),
+        plotter,
         pages: Arc::new(Semaphore::new(PAGES)),
         viewers: Arc::new(Semaphore::new(VIEWERS)),
     };
@@ -60,6 +63,8 @@ pub(super) fn router(panels: impl IntoIterator<Item = Arc<Panel>>) -> anyhow::Re
         .route("/", get(page))
         .route("/icon.svg", get(icon))
         .route("/known", get(known))
+        .route("/plotter.js", get(plotter_script))
+        .route("/plotter.css", get(plotter_style))
         .route("/lesson", get(lesson))
         .route("/lesson/state", get(lesson_state))
         .route("/lesson/check", post(lesson_check))
@@ -145,11 +150,19 @@ async fn check(State(server): State<Server>, request: Request, next: Next) -> Re
 }
 
 async fn page(State(Server { page, .. }): State<Server>, headers: HeaderMap) -> Response {
-    document(&page, &headers)
+    file(&page.document, &headers)
 }
 
 async fn lesson(State(Server { lesson, .. }): State<Server>, headers: HeaderMap) -> Response {
-    document(&lesson, &headers)
+    file(&lesson.document, &headers)
+}
+
+async fn plotter_script(State(server): State<Server>, headers: HeaderMap) -> Response {
+    file(&server.plotter.script, &headers)
+}
+
+async fn plotter_style(State(server): State<Server>, headers: HeaderMap) -> Response {
+    file(&server.plotter.style, &headers)
 }
 
 /// Whether the token of a page is one of this program: a browser does not tell a page why its connection was refused.
@@ -180,13 +193,13 @@ fn done(result: Result<(), &'static str>) -> Result<StatusCode, Refusal> {
     result.map(|()| StatusCode::NO_CONTENT).map_err(|sentence| (StatusCode::CONFLICT, sentence))
 }
 
-fn document(page: &Page, headers: &HeaderMap) -> Response {
+fn file(file: &Ready, headers: &HeaderMap) -> Response {
     let accepts = headers.get(ACCEPT_ENCODING).and_then(|accepts| accepts.to_str().ok());
-    let kind = [(CONTENT_TYPE, "text/html; charset=utf-8"), (VARY, "accept-encoding")];
+    let kind = [(CONTENT_TYPE, file.kind), (VARY, "accept-encoding")];
     if accepts.is_some_and(|accepts| accepts.split(',').any(|one| one.trim() == "gzip")) {
-        return (kind, [(CONTENT_ENCODING, "gzip")], page.gzip.clone()).into_response();
+        return (kind, [(CONTENT_ENCODING, "gzip")], file.gzip.clone()).into_response();
     }
-    (kind, page.html.clone()).into_response()
+    (kind, file.plain.clone()).into_response()
 }
 
 async fn open_page(

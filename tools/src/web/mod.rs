@@ -2,7 +2,9 @@
 
 pub(crate) mod access;
 pub(crate) mod browser;
+pub(crate) mod bundle;
 pub(crate) mod connections;
+pub(crate) mod document;
 mod interfaces;
 pub(crate) mod pictures;
 pub(crate) mod qr;

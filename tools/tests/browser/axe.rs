@@ -2,6 +2,7 @@
 //!
 //! It runs when `AXE_JS` names the file axe.min.js, as `.ci/run` does.
 
+use std::process::Command;
 use std::{env, fs};
 
 use anyhow::{ensure, Context, Result};
@@ -10,7 +11,7 @@ use serde_json::{json, Value};
 use super::driver::{browse, Beyond};
 use super::page::{Lesson, Page, Panel};
 use super::txt::simulated_txt;
-use crate::names;
+use crate::{names, plot};
 
 /// All rules, and two that axe-core leaves out: labels begin with what is seen, and nothing is too small for a finger.
 const FIND: &str = "const done = arguments[arguments.length - 1];
@@ -67,6 +68,10 @@ fn axe_finds_nothing() -> Result<()> {
         page.click("#language").await?;
         axe.ensure_finds_nothing(&page, "a machine in German").await?;
         page.click("#language").await?;
+        page.click(".count").await?;
+        page.click(".input:nth-child(4) .value").await?;
+        page.wait_for(".plot-chart:nth-child(2) canvas").await?;
+        axe.ensure_finds_nothing(&page, "the plotter").await?;
         page.click(".chips button:last-child").await?;
         page.wait_for(".board:nth-of-type(2)").await?;
         axe.ensure_finds_nothing(&page, "all extensions").await?;
@@ -91,6 +96,15 @@ fn axe_finds_nothing() -> Result<()> {
         client.goto(&lesson.url).await?;
         page.wait_for("#check .buttons").await?;
         page.wait_for(".machine .world").await?;
-        axe.ensure_finds_nothing(&page, "a lesson").await
+        axe.ensure_finds_nothing(&page, "a lesson").await?;
+
+        let (_folder, recording) = plot::recording();
+        let html = recording.with_extension("html");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        command.arg("plot").arg(recording).arg("--html").arg(&html);
+        ensure!(command.output()?.status.success(), "txt plot has failed");
+        client.goto(&format!("file://{}", html.display())).await?;
+        page.wait_for(".plot-chart canvas").await?;
+        axe.ensure_finds_nothing(&page, "a recording").await
     })
 }

@@ -10,5 +10,6 @@ mod machine;
 mod others;
 mod page;
 mod picture;
+mod plot;
 mod stop;
 mod txt;

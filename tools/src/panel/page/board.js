@@ -25,7 +25,7 @@ export class Board {
     this.display = h("div", { class: "display" }, this.title, this.line, h("span", { class: "pace" }, this.cycle, h("small", {}, " ms")), this.phase);
     const housing = h("div", { class: "housing" },
       h("div", { class: "badge" }, h("i", { "aria-hidden": "true" }), area ? t("extension") : "ROBOTICS TXT"), this.display, this.counters.element);
-    this.element = h("fieldset", { class: "board", "data-shown": !commands, "aria-label": area ? `${t("extension")} ${area}` : host.address },
+    this.element = h("fieldset", { class: "board", "data-shown": !commands, "data-area": area, "aria-label": area ? `${t("extension")} ${area}` : host.address },
       this.inputs.element, housing, this.outputs.element);
   }
 

@@ -10,7 +10,7 @@ const FULL = 512;
 class Shown {
   constructor(terminal, names) {
     const called = names.small(terminal);
-    this.words = h("output", { class: "command", "aria-label": names.full(terminal) });
+    this.words = h("output", { class: "command", "aria-label": names.full(terminal), "data-plot": terminal });
     this.bar = h("i", {});
     this.element = h("div", { class: "shown", "data-named": Boolean(called), "data-on": false }, h("span", { class: "name" }, terminal), called, this.words, h("div", { class: "gauge" }, this.bar));
   }

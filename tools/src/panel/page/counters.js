@@ -8,7 +8,7 @@ class Counter {
   constructor(index, names, send) {
     const terminal = `C${index + 1}`;
     const name = names.full(terminal);
-    this.value = h("output", { class: "count", "aria-label": name });
+    this.value = h("output", { class: "count", "aria-label": name, "data-plot": terminal });
     this.mode = send && select(t("modeOf", { name }), ["normal", "inverted"].map((mode) => [mode, t(mode)]),
       (mode) => send({ do: "counter_mode", counter: index, mode }));
     this.reset = send && button(t("resetShort"), () => send({ do: "reset_counter", counter: index }),

@@ -6,6 +6,7 @@ import { button, h, setAttribute, setText, watchSeen } from "./dom.js";
 import { Floor } from "./floor.js";
 import { I2c } from "./i2c.js";
 import { Link } from "./link.js";
+import { Plot } from "./plot.js";
 import { Remotes } from "./remotes.js";
 import { Sound } from "./sound.js";
 import { sentence, t } from "./words.js";
@@ -33,17 +34,21 @@ export class HostView {
     this.floors = state.world?.floor && open.includes(0) ? [new Floor(host, state, send)] : [];
     // Each column has its cards for good: one that grows moves no other column's.
     const columns = host.driven || state.watched ? [[new Link(host)], [new Sound(host, send), new Remotes(), new I2c(host, ask)], [new Camera(host, send)]] : [[new Remotes()]];
-    this.parts = [...this.boards, ...this.floors, ...this.worlds, ...columns.flat()];
+    this.plot = new Plot(host, open[0]);
+    this.parts = [...this.boards, ...this.floors, ...this.worlds, ...columns.flat(), this.plot];
     for (const part of this.parts) watchSeen(part.element);
     this.states = 0;
     this.chips = new Map();
     this.problem = h("p", { class: "problem", role: "status", hidden: true });
-    const rows = this.boards.map((board) => [board.element, this.worlds.find((world) => world.area === board.area)?.element]);
+    const worldOf = (board) => this.worlds.find((world) => world.area === board.area)?.element;
+    // Beside the values of the first board.
+    const rows = this.boards.map((board, index) => [board.element, index ? null : this.plot.element, worldOf(board)]);
     const floors = this.floors.map((floor) => floor.element);
     // Who only looks sees the machine first.
-    const order = host.driven ? [...rows.flat(), ...floors] : [...this.worlds.map((world) => world.element), ...floors, ...this.boards.map((board) => board.element)];
+    const order = host.driven ? [...rows.flat(), ...floors] : [...this.worlds.map((world) => world.element), ...floors, ...this.boards.map((board) => board.element), this.plot.element];
     this.element = h("div", { class: "host", "data-many": open.length > 1 },
       areas.length > 1 ? this.chooser(areas, choose) : null, this.problem, order, h("div", { class: "cards" }, columns.map((cards) => h("div", {}, cards.map((one) => one.element)))));
+    this.element.addEventListener("click", (event) => this.plot.clicked(event));
   }
 
   chooser(areas, choose) {

@@ -16,11 +16,12 @@ class Input {
     this.history = history;
     this.mode = send ? this.choice(name, index, send) : h("span", { class: "mode" });
     this.trace = new Trace(t("lineOf", { name }));
+    this.trace.element.dataset.plot = terminal;
     this.value = h("b", {});
     this.unit = h("small", {});
     this.element = h("li", { class: "input", "data-named": Boolean(called) },
       h("span", { class: "name" }, terminal), called, this.mode, this.trace.element,
-      h("output", { class: "value", "aria-label": name }, this.value, this.unit), h("i", { class: "wire", "aria-hidden": "true" }));
+      h("output", { class: "value", "aria-label": name, "data-plot": terminal }, this.value, this.unit), h("i", { class: "wire", "aria-hidden": "true" }));
   }
 
   choice(name, index, send) {

@@ -104,7 +104,7 @@ class OutputControl {
       this.level.hold();
       output(this.on ? this.level.set : 0);
     }, { class: "toggle", "aria-label": t("switchOf", { name }) });
-    this.element = h("div", { class: "output-control", "data-named": Boolean(called), "data-on": false }, h("span", { class: "name" }, terminal), called, this.switch, this.level.element);
+    this.element = h("div", { class: "output-control", "data-named": Boolean(called), "data-on": false }, h("span", { class: "name", "data-plot": terminal }, terminal), called, this.switch, this.level.element);
   }
 
   update(duty) {
@@ -131,7 +131,7 @@ class Terminal {
     this.outputs = [0, 1].map((half) => new OutputControl(2 * index + half, place, names, send));
     this.pair = h("div", { class: "pair" }, this.outputs.map((output) => output.element));
     this.element = h("li", { class: "terminal", "data-named": Boolean(called) },
-      h("i", { class: "wire", "aria-hidden": "true" }), h("span", { class: "name" }, name), called, this.kind, this.motor.directions,
+      h("i", { class: "wire", "aria-hidden": "true" }), h("span", { class: "name", "data-plot": name }, name), called, this.kind, this.motor.directions,
       this.motor.element, this.pair);
   }
 

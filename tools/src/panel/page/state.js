@@ -27,6 +27,8 @@ class Host {
     // What people call its terminals, by area.
     this.names = Array.from({ length: AREAS }, (_, area) => new Names(names[area]));
     this.state = null;
+    // What the plotter knows of it, while it is open.
+    this.plotted = null;
     this.lastError = null;
     this.cycle = null;
     this.seen = new Set([0]);
@@ -44,6 +46,7 @@ class Host {
         history.push(state.at, area.alive ? input.value : null);
       });
     });
+    this.plotted?.push(state);
     this.cycle = smoothed(this.cycle, state.link);
     this.lastError = state.link.error ?? this.lastError;
     this.state = state;

@@ -1,6 +1,7 @@
 //! `txt plot`.
 
 mod draw;
+mod html;
 mod thin;
 mod tracks;
 mod two;
@@ -25,7 +26,12 @@ drawn. The picture follows the light or dark setting of what shows it. Where the
 or the file is damaged, it is shaded. A tick at the bottom is a motor that has reached its distance or is stalled, or an
 extension that came or went.
 
-Example: txt plot run.mcap I1 C1 M1 E1.I2 --from 10 --to 25.5 -o plot.svg";
+With --html it is a page for a browser, which needs no network: choose terminals, zoom, and read values
+at a cursor.
+
+Examples:
+  txt plot run.mcap I1 C1 M1 E1.I2 --from 10 --to 25.5 -o plot.svg
+  txt plot run.mcap --html run.html";
 
 /// Draw parts of a recording as a picture
 #[derive(clap::Args)]
@@ -40,6 +46,9 @@ pub(crate) struct Args {
     /// The picture [default: the recording's name with .svg]
     #[arg(short, long, value_name = "FILE.svg")]
     output: Option<PathBuf>,
+    /// Write a page for a browser instead of a picture
+    #[arg(long, value_name = "FILE.html", conflicts_with = "output")]
+    html: Option<PathBuf>,
     /// Begin at this second of the recording
     #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = second)]
     from: f64,
@@ -53,6 +62,9 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let output = args.output.unwrap_or_else(|| args.recording.with_extension("svg"));
+    if let Some(html) = args.html.as_deref().filter(|path| !html::is_page(path)) {
+        bail!("{}: the name of a page ends with .html", html.display());
+    }
     if !is_picture(&output) {
         bail!("{}: {NAME}", output.display());
     }
@@ -63,9 +75,16 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     }
     let mut recording = Recording::open(&args.recording)?;
     let mut tracks = Tracks::new(args.terminals, names, args.from..to);
+    if args.html.is_some() {
+        tracks = tracks.finer(html::BUCKETS);
+    }
     read(&mut recording, &mut tracks, Duration::ZERO)?;
     say_what_is_missing(&recording, &args.recording, ": it is drawn up to there");
     let file = args.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    if let Some(output) = args.html {
+        html::save(tracks, &file, args.title, &output)?;
+        return print::line(output.display());
+    }
     let picture = tracks.picture(&file, args.title)?;
     save(&picture, &output)?;
     print::line(output.display())

@@ -5,11 +5,15 @@ pub(super) type Point = (f64, f64);
 
 /// How many buckets a line has at most. A picture is not wider than this in pixels.
 const BUCKETS: usize = 2000;
+/// The length of a bucket at first, in seconds.
+const FINEST: f64 = 0.005;
 
 /// A line that is thinned while it comes in. Of each bucket, which is a stretch of time, the first, the lowest,
 /// the highest and the last value are kept. When there are too many buckets, two become one.
 #[derive(Clone, Debug)]
 pub(super) struct Thin {
+    /// How many buckets there are at most.
+    most: usize,
     /// The length of a bucket in seconds.
     width: f64,
     buckets: Vec<Bucket>,
@@ -31,12 +35,26 @@ struct Bucket {
 
 impl Default for Thin {
     fn default() -> Self {
-        // Shorter than a cycle, so that a short recording is drawn as it is.
-        Self { width: 0.005, buckets: Vec::new(), cut: true }
+        Self::of(BUCKETS)
     }
 }
 
 impl Thin {
+    /// A line of so many buckets at most.
+    pub(super) fn of(most: usize) -> Self {
+        // Shorter than a cycle, so that a short recording is drawn as it is.
+        Self { most, width: FINEST, buckets: Vec::new(), cut: true }
+    }
+
+    /// The length of a bucket in seconds, 0 if each has one cycle.
+    pub(super) fn step(&self) -> f64 {
+        if self.width > FINEST {
+            self.width
+        } else {
+            0.0
+        }
+    }
+
     /// Adds the next value.
     pub(super) fn add(&mut self, at: f64, value: f64) {
         let point = (at, value);
@@ -47,7 +65,7 @@ impl Thin {
             Some(bucket) if bucket.index == index && !cut => bucket.take(&one),
             _ => self.buckets.push(one),
         }
-        if self.buckets.len() > BUCKETS {
+        if self.buckets.len() > self.most {
             self.halve();
         }
     }
@@ -59,7 +77,7 @@ impl Thin {
 
     fn halve(&mut self) {
         self.width *= 2.0;
-        let mut halved: Vec<Bucket> = Vec::with_capacity(BUCKETS);
+        let mut halved: Vec<Bucket> = Vec::with_capacity(self.most);
         for mut bucket in self.buckets.drain(..) {
             bucket.index /= 2;
             match halved.last_mut() {
@@ -168,6 +186,21 @@ mod tests {
         assert!(lines[0].is_sorted_by(|one, next| one.0 <= next.0));
         let end = f64::from(cycles - 1) * 0.01;
         assert_eq!((lines[0][0].0, lines[0][lines[0].len() - 1].0), (0.0, end));
+    }
+
+    #[test]
+    fn a_finer_line_of_an_hour_has_each_peak_and_says_how_much_is_kept() {
+        let mut thin = Thin::of(8000);
+        assert_eq!(thin.step(), 0.0);
+        let peak = 123_456;
+        for cycle in 0..360_000 {
+            let value = if cycle == peak { 5000.0 } else { f64::from(cycle % 7) };
+            thin.add(f64::from(cycle) * 0.01, value);
+        }
+        let lines = thin.lines();
+        assert!((8000..=4 * 8000).contains(&lines[0].len()), "{}", lines[0].len());
+        assert!(lines[0].contains(&(f64::from(peak) * 0.01, 5000.0)));
+        assert!((thin.step() - 0.64).abs() < 1e-9, "{}", thin.step());
     }
 
     #[test]

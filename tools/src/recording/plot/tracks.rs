@@ -31,6 +31,8 @@ pub(super) struct Tracks {
     names: Names,
     /// How many areas have tracks then.
     areas: usize,
+    /// How many buckets a line has at most, if not as many as a picture needs.
+    buckets: Option<usize>,
     tracks: Vec<Track>,
     /// The first and the last cycle.
     seen: Option<Range<f64>>,
@@ -58,6 +60,7 @@ impl Tracks {
             all,
             names,
             areas: 0,
+            buckets: None,
             tracks,
             seen: None,
             gaps: Vec::new(),
@@ -66,6 +69,11 @@ impl Tracks {
             ticks: Vec::new(),
             controllers: Vec::new(),
         }
+    }
+
+    /// With lines of so many buckets, which can be looked at more closely than a picture.
+    pub(super) fn finer(self, buckets: usize) -> Self {
+        Self { buckets: Some(buckets), ..self }
     }
 
     /// Takes an entry in. Returns whether later ones are wanted.
@@ -105,7 +113,7 @@ impl Tracks {
         }
         let connected = goes_on && !cycle.first && cycle.lost == 0;
         for track in &mut self.tracks {
-            track.take(at, cycle, connected);
+            track.take(at, cycle, connected, self.buckets);
         }
         self.seen = Some(self.seen.as_ref().map_or(at, |seen| seen.start)..at);
     }
@@ -142,24 +150,14 @@ impl Tracks {
 
     /// The picture. An error says what is missing.
     pub(super) fn picture(mut self, file: &str, title: Option<String>) -> anyhow::Result<Picture> {
-        let Some(seen) = self.seen.clone() else {
-            bail!("{file} has no cycle in this time");
-        };
-        let missing = self.tracks.iter().find(|track| track.lines.is_empty());
-        if let Some(Track { column, .. }) = missing {
-            bail!("{column} is not in {file}: its program has no area for it");
-        }
+        let seen = self.ensure_seen(file)?;
         let panels = self.panels();
         if panels.is_empty() {
             bail!("nothing changes in this time of {file}: name what should be drawn, such as I1");
         }
-        let controllers = self.controllers.join(", then ");
-        let named = || match &*controllers {
-            "" => file.to_owned(),
-            names => format!("{file} ({})", print::clean(names)),
-        };
+        let title = self.title(file, title);
         Ok(Picture {
-            title: title.unwrap_or_else(named),
+            title,
             gaps: self.take_gaps(),
             ticks: self.ticks().collect(),
             panels,
@@ -168,6 +166,27 @@ impl Tracks {
             since: "the beginning of the recording",
             two: false,
             mark: None,
+        })
+    }
+
+    /// The first and the last cycle. An error says what is missing.
+    pub(super) fn ensure_seen(&self, file: &str) -> anyhow::Result<Range<f64>> {
+        let Some(seen) = self.seen.clone() else {
+            bail!("{file} has no cycle in this time");
+        };
+        let missing = self.tracks.iter().find(|track| track.lines.is_empty());
+        if let Some(Track { column, .. }) = missing {
+            bail!("{column} is not in {file}: its program has no area for it");
+        }
+        Ok(seen)
+    }
+
+    /// The line above it all: the file's name, and those of the controllers, if there is no other one.
+    pub(super) fn title(&self, file: &str, title: Option<String>) -> String {
+        let controllers = self.controllers.join(", then ");
+        title.unwrap_or_else(|| match &*controllers {
+            "" => file.to_owned(),
+            names => format!("{file} ({})", print::clean(names)),
         })
     }
 
@@ -245,12 +264,12 @@ impl Track {
         Self { column, lines: Vec::new() }
     }
 
-    fn take(&mut self, at: f64, cycle: &Cycle, connected: bool) {
+    fn take(&mut self, at: f64, cycle: &Cycle, connected: bool, buckets: Option<usize>) {
         let Some(value) = self.column.value(&cycle.areas) else { return };
         let unit = self.column.unit(&cycle.areas);
         let known = self.lines.iter().position(|(of, _)| *of == unit);
         let current = known.unwrap_or_else(|| {
-            self.lines.push((unit, Thin::default()));
+            self.lines.push((unit, buckets.map_or_else(Thin::default, Thin::of)));
             self.lines.len() - 1
         });
         for (index, (_, line)) in self.lines.iter_mut().enumerate() {

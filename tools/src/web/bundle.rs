@@ -7,7 +7,7 @@
 use anyhow::{bail, ensure, Context};
 
 /// One script of these modules, by name and text. Each comes after those that it imports.
-pub(super) fn bundle(modules: &[(&str, &str)]) -> anyhow::Result<String> {
+pub(crate) fn bundle(modules: &[(&str, &str)]) -> anyhow::Result<String> {
     let mut script = String::from("const modules = {};\n");
     for (index, (name, text)) in modules.iter().enumerate() {
         let before: Vec<_> = modules[..index].iter().map(|(name, _)| *name).collect();
