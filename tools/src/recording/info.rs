@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
-use super::clock;
 use super::survey::Survey;
 use crate::print;
 
@@ -11,8 +10,9 @@ use crate::print;
 const LISTED: usize = 10;
 
 const AFTER_HELP: &str = "\
-The controller, the length, the cycles and their times, what was lost, gaps and errors. A file that
-is cut off is read up to there; damaged parts are left out, and a line says so.
+The controller, the length, the cycles and their times, what was lost, gaps and errors. Times of day
+are those of this computer's time zone. A file that is cut off is read up to there; damaged parts
+are left out, and a line says so.
 
 Example: txt info run.mcap";
 
@@ -48,13 +48,15 @@ fn text(survey: &Survey) -> String {
     line("controller", format!("{name}{at}, firmware {firmware}"));
     for later in survey.later_controllers.iter().take(LISTED) {
         let [name, firmware] = later.controller();
-        line("", format!("from {:.2} s on {name}, firmware {firmware}", later.since));
+        let since = moment(survey, later.since);
+        line("", format!("from {since} on {name}, firmware {firmware}"));
     }
     if survey.later_controllers.len() > LISTED {
         line("", format!("and {} more changes", survey.later_controllers.len() - LISTED));
     }
     line("extensions", survey.extensions.to_string());
-    line("started", started(survey.started));
+    line("started", started(survey));
+    line("ended", survey.ended_at.clone());
     line("length", format!("{:.2} s, {} kB", survey.seconds, survey.bytes.div_ceil(1000)));
     line("transfers", format!("{}, with {}", survey.transfers, counted(survey.gaps, "gap")));
     line("cycles", format!("{}, {} entries lost by a slow disk", survey.cycles, survey.lost));
@@ -68,7 +70,7 @@ fn text(survey: &Survey) -> String {
     line("events", if events.is_empty() { "none".to_owned() } else { events.join(", ") });
     line("pictures", survey.pictures.to_string());
     for (at, error) in survey.errors.iter().take(LISTED) {
-        line("error", format!("{at:.2} s: {error:#}"));
+        line("error", format!("{}: {error:#}", moment(survey, *at)));
     }
     if survey.errors.len() > LISTED {
         line("", format!("and {} more errors", survey.errors.len() - LISTED));
@@ -82,17 +84,22 @@ fn text(survey: &Survey) -> String {
     lines.concat()
 }
 
-/// The time in UTC, and how long ago it was if that is less than a day.
-fn started(seconds: f64) -> String {
-    let since_1970 = Duration::try_from_secs_f64(seconds).unwrap_or_default();
-    let ago = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH + since_1970);
-    let time = clock::utc(since_1970);
-    match ago {
+/// When it began, and how long ago it was if that is less than a day.
+fn started(survey: &Survey) -> String {
+    let since_1970 = Duration::try_from_secs_f64(survey.started).unwrap_or_default();
+    let time = &survey.started_at;
+    match SystemTime::now().duration_since(SystemTime::UNIX_EPOCH + since_1970) {
         Ok(ago) if ago.as_secs() < 86_400 => {
-            format!("{time} UTC, {} ago", counted(ago.as_secs() / 60, "minute"))
+            format!("{time}, {} ago", counted(ago.as_secs() / 60, "minute"))
         }
-        _ => format!("{time} UTC"),
+        _ => time.clone(),
     }
+}
+
+/// A time of day, with the seconds since the beginning.
+fn moment(survey: &Survey, seconds: f64) -> String {
+    let at = Duration::try_from_secs_f64(seconds).unwrap_or_default();
+    format!("{} ({seconds:.2} s)", survey.clock.of_day(at))
 }
 
 /// So many of something, such as "1 gap" and "2 gaps".

@@ -5,6 +5,7 @@ pub(crate) mod compare;
 pub(crate) mod csv;
 pub(crate) mod info;
 pub(crate) mod output;
+pub(crate) mod part;
 pub(crate) mod plot;
 pub(crate) mod record;
 pub(crate) mod replay;

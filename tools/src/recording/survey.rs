@@ -9,6 +9,7 @@ use ft_transfer_area_recorder::{Cycle, Error, Recorded, Recording, Transfer};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+use super::clock::Clock;
 use super::whole::Transfers;
 
 const UNKNOWN: &str = "unknown";
@@ -18,7 +19,14 @@ const UNKNOWN: &str = "unknown";
 pub(crate) struct Survey {
     /// Seconds since 1970.
     pub(crate) started: f64,
+    /// Date and time of day on this computer.
+    pub(crate) started_at: String,
+    pub(crate) ended_at: String,
+    #[serde(skip)]
+    pub(crate) clock: Clock,
     pub(crate) seconds: f64,
+    #[serde(skip)]
+    pub(crate) length: Duration,
     pub(crate) bytes: u64,
     /// Of the first controller. Empty, as the firmware, when the program has not asked for it, or the beginning was lost.
     pub(crate) device_name: String,
@@ -76,6 +84,7 @@ impl Survey {
         let started = recording.started().duration_since(std::time::UNIX_EPOCH);
         let mut survey = Self {
             started: started.unwrap_or_default().as_secs_f64(),
+            clock: Clock::of(recording.started()),
             bytes: std::fs::metadata(path).map_or(0, |file| file.len()),
             ..Self::default()
         };
@@ -84,7 +93,7 @@ impl Survey {
         for entry in recording.by_ref() {
             let entry = entry?;
             progress.inc(1);
-            survey.seconds = survey.seconds.max(entry.at.as_secs_f64());
+            survey.length = survey.length.max(entry.at);
             match entry.what {
                 Recorded::Cycle(cycle) => {
                     transfers.cycle(cycle.number);
@@ -110,6 +119,9 @@ impl Survey {
         if count > 0 {
             survey.mean_cycle_ms = millis(total) / f64::from(count);
         }
+        survey.seconds = survey.length.as_secs_f64();
+        survey.started_at = survey.clock.date(Duration::ZERO);
+        survey.ended_at = survey.clock.date(survey.length);
         survey.transfers = transfers.count;
         survey.is_cut_off = recording.is_cut_off();
         survey.damage = recording.damage().map(ToString::to_string);

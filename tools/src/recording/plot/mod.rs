@@ -13,6 +13,8 @@ use anyhow::{bail, Context};
 use ft_transfer_area_recorder::{Column, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::clock::Clock;
+use super::part::Part;
 use super::whole::say_what_is_missing;
 use crate::{names, print};
 use draw::Picture;
@@ -23,9 +25,10 @@ const AFTER: &str = "\
 There is one panel for each unit. Without terminals, all inputs, counters and motors that change are
 drawn. The picture follows the light or dark setting of what shows it. Where there was no connection,
 or the file is damaged, it is shaded. A tick at the bottom is a motor that has reached its distance or is stalled, or an
-extension that came or went.
+extension that came or went. Below the seconds since the beginning is the time of day in this
+computer's time zone.
 
-Example: txt plot run.mcap I1 C1 M1 E1.I2 --from 10 --to 25.5 -o plot.svg";
+Example: txt plot run.mcap I1 C1 M1 E1.I2 --from 03:12 --to 03:14:30 -o plot.svg";
 
 /// Draw parts of a recording as a picture
 #[derive(clap::Args)]
@@ -40,12 +43,8 @@ pub(crate) struct Args {
     /// The picture [default: the recording's name with .svg]
     #[arg(short, long, value_name = "FILE.svg")]
     output: Option<PathBuf>,
-    /// Begin at this second of the recording
-    #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = second)]
-    from: f64,
-    /// End at this second of the recording [default: its end]
-    #[arg(long, value_name = "S", value_parser = second)]
-    to: Option<f64>,
+    #[command(flatten)]
+    part: Part,
     /// The line above the picture [default: the recording's name]
     #[arg(long)]
     title: Option<String>,
@@ -57,16 +56,15 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         bail!("{}: {NAME}", output.display());
     }
     let names = args.names.read()?;
-    let to = args.to.unwrap_or(f64::INFINITY);
-    if args.from >= to {
-        bail!("--from has to be before --to");
-    }
+    let part = args.part.of(&args.recording)?;
     let mut recording = Recording::open(&args.recording)?;
-    let mut tracks = Tracks::new(args.terminals, names, args.from..to);
+    let clock = Clock::of(recording.started());
+    let part = part.start.as_secs_f64()..part.end.as_secs_f64();
+    let mut tracks = Tracks::new(args.terminals, names, part);
     read(&mut recording, &mut tracks, Duration::ZERO)?;
     say_what_is_missing(&recording, &args.recording, ": it is drawn up to there");
     let file = args.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let picture = tracks.picture(&file, args.title)?;
+    let picture = tracks.picture(&file, args.title, clock)?;
     save(&picture, &output)?;
     print::line(output.display())
 }
@@ -109,10 +107,4 @@ fn read(recording: &mut Recording, tracks: &mut Tracks, begin: Duration) -> anyh
     }
     progress.finish_and_clear();
     Ok(())
-}
-
-/// A time in a recording.
-fn second(text: &str) -> Result<f64, &'static str> {
-    let second = text.parse().ok().filter(|second: &f64| second.is_finite() && *second >= 0.0);
-    second.ok_or("seconds are expected, 0 or more, such as 12 or 12.5")
 }

@@ -6,6 +6,7 @@ use anyhow::bail;
 use ft_transfer_area::EventKind;
 use ft_transfer_area_recorder::{Column, Cycle, Entry, Recorded, Transfer};
 
+use super::super::clock::Clock;
 use super::draw::{Line, Panel, Picture};
 use super::thin::Thin;
 use crate::names::Names;
@@ -73,7 +74,8 @@ impl Tracks {
         let at = entry.at.as_secs_f64();
         let is_wanted = at >= self.wanted.start;
         if at > self.wanted.end {
-            return false;
+            // An event may be in the file before its cycle, so only a cycle is the end.
+            return !matches!(entry.what, Recorded::Cycle(_));
         }
         match entry.what {
             Recorded::Cycle(cycle) => {
@@ -141,7 +143,12 @@ impl Tracks {
     }
 
     /// The picture. An error says what is missing.
-    pub(super) fn picture(mut self, file: &str, title: Option<String>) -> anyhow::Result<Picture> {
+    pub(super) fn picture(
+        mut self,
+        file: &str,
+        title: Option<String>,
+        clock: Clock,
+    ) -> anyhow::Result<Picture> {
         let Some(seen) = self.seen.clone() else {
             bail!("{file} has no cycle in this time");
         };
@@ -166,6 +173,7 @@ impl Tracks {
             // A single cycle has no length.
             time: seen.start..seen.end.max(seen.start + 0.01),
             since: "the beginning of the recording",
+            clock: Some(clock),
             two: false,
             mark: None,
         })
