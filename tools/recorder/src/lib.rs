@@ -28,7 +28,7 @@ pub use column::Column;
 pub use damage::Damage;
 pub use error::Error;
 pub use feed::Feed;
-pub use format::{Failure, FailureKind, RecordedEvent, Transfer};
+pub use format::{Failure, FailureKind, RecordedEvent, RecordedStatistics, Transfer};
 pub use part::value_names;
 pub use reader::{Cycle, Entry, Recorded, Recording};
 pub use recorder::{FrameSink, Options, Recorder, Totals};

@@ -18,7 +18,7 @@ use serde_json::Value;
 
 use crate::format::{
     controller, schema_of, topic, CycleMessage, Failure, ImageMessage, LogMessage, RecordedEvent,
-    StatisticsMessage, Timestamp, Transfer, CAMERA, CYCLE, ERROR, EVENTS, FORMAT, HEAD,
+    RecordedStatistics, Timestamp, Transfer, CAMERA, CYCLE, ERROR, EVENTS, FORMAT, HEAD,
     HEAD_FORMAT, HEAD_STARTED, INFO, LOG, STATISTICS, TRANSFER, WARNING,
 };
 use crate::output::{options, without_index, Output};
@@ -356,7 +356,7 @@ impl Writer {
         statistics: &Statistics,
         lost: Losses,
     ) -> McapResult<()> {
-        let message = StatisticsMessage {
+        let message = RecordedStatistics {
             cycles: statistics.cycles,
             late_reactions: statistics.late_reactions,
             gaps: statistics.gaps,

@@ -3,16 +3,18 @@
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
-use super::survey::Survey;
+use super::survey::{Listed, Survey};
 use crate::print;
 
-/// How many errors, and how many changes of the controller, are listed.
+/// How many changes of the controller are listed.
 const LISTED: usize = 10;
 
 const AFTER_HELP: &str = "\
-The controller, the length, the cycles and their times, what was lost, gaps and errors. Times of day
-are those of this computer's time zone. A file that is cut off is read up to there; damaged parts
-are left out, and a line says so.
+The controller, the length, the cycles and their times, and what was unusual: gaps, errors, stops by
+the watchdog, blocked motors (if the program has set a limit), inputs that get over range, jumps of
+counters, long cycles, late reactions, and what is not recorded. The first 10 moments of each kind
+are listed; txt plot FILE --unusual NUMBER draws one. Times of day are those of this computer's time
+zone. A file that is cut off is read up to there; damaged parts are left out, and a line says so.
 
 Example: txt info run.mcap";
 
@@ -69,11 +71,9 @@ fn text(survey: &Survey) -> String {
     let events: Vec<String> = events.collect();
     line("events", if events.is_empty() { "none".to_owned() } else { events.join(", ") });
     line("pictures", survey.pictures.to_string());
-    for (at, error) in survey.errors.iter().take(LISTED) {
-        line("error", format!("{}: {error:#}", moment(survey, *at)));
-    }
-    if survey.errors.len() > LISTED {
-        line("", format!("and {} more errors", survey.errors.len() - LISTED));
+    line("unusual", unusual(survey));
+    for Listed { number, seconds, what, .. } in &survey.unusual {
+        line(&format!("  {number}"), format!("{}: {what}", moment(survey, *seconds)));
     }
     if let Some(damage) = &survey.damage {
         line("note", damage.clone());
@@ -93,6 +93,16 @@ fn started(survey: &Survey) -> String {
             format!("{time}, {} ago", counted(ago.as_secs() / 60, "minute"))
         }
         _ => time.clone(),
+    }
+}
+
+/// How many unusual moments of each kind there are.
+fn unusual(survey: &Survey) -> String {
+    let counts = survey.unusual_counts.iter().map(|(kind, count)| kind.counted(*count));
+    let counts: Vec<String> = counts.collect();
+    match &counts[..] {
+        [] => "nothing".to_owned(),
+        counts => counts.join(", "),
     }
 }
 

@@ -10,4 +10,5 @@ pub(crate) mod plot;
 pub(crate) mod record;
 pub(crate) mod replay;
 mod survey;
+mod unusual;
 mod whole;

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::time::Duration;
 
-use anyhow::{bail, ensure};
+use anyhow::{bail, ensure, Context};
 use jiff::civil;
 
 use super::survey::Survey;
@@ -24,6 +24,9 @@ pub(crate) struct Part {
     /// From 10 s before this second or time of day to 10 s after it
     #[arg(long, value_name = "TIME", value_parser = time, conflicts_with_all = ["from", "to"])]
     around: Option<Time>,
+    /// From 10 s before an unusual moment to 10 s after it, by its number in txt info
+    #[arg(long, value_name = "NUMBER", conflicts_with_all = ["from", "to", "around"])]
+    unusual: Option<usize>,
 }
 
 /// A time in a recording.
@@ -52,13 +55,14 @@ fn time(text: &str) -> Result<Time, &'static str> {
 impl Part {
     /// Whether it is all of the recording.
     pub(super) fn is_all(&self) -> bool {
-        self.from.or(self.to).or(self.around).is_none()
+        self.from.or(self.to).or(self.around).is_none() && self.unusual.is_none()
     }
 
     /// From when to when it is. Only a part that needs to know what is in the recording has it read for that.
     pub(super) fn of(&self, path: &Path) -> anyhow::Result<Range<Duration>> {
         let of_day = |time: Option<Time>| matches!(time, Some(Time::OfDay(_)));
-        if of_day(self.from) || of_day(self.to) || of_day(self.around) {
+        let times = [self.from, self.to, self.around];
+        if times.into_iter().any(of_day) || self.unusual.is_some() {
             return self.within(&Survey::of(path)?);
         }
         self.find(&Survey::default())
@@ -70,8 +74,12 @@ impl Part {
     }
 
     fn find(&self, survey: &Survey) -> anyhow::Result<Range<Duration>> {
-        if let Some(around) = self.around {
-            let at = find(around, Duration::ZERO, survey)?;
+        let around = match (self.around, self.unusual) {
+            (Some(time), _) => Some(find(time, Duration::ZERO, survey)?),
+            (None, Some(number)) => Some(unusual(number, survey)?),
+            (None, None) => None,
+        };
+        if let Some(at) = around {
             return Ok(at.saturating_sub(AROUND)..at.saturating_add(AROUND));
         }
         let from =
@@ -80,6 +88,15 @@ impl Part {
         ensure!(from < to, "--from has to be before --to");
         Ok(from..to)
     }
+}
+
+/// When this unusual moment was.
+fn unusual(number: usize, survey: &Survey) -> anyhow::Result<Duration> {
+    let found = survey.unusual.iter().find(|moment| moment.number == number);
+    found.map(|moment| moment.at).with_context(|| match survey.unusual.len() {
+        0 => "nothing unusual is in the recording".to_owned(),
+        count => format!("txt info lists unusual moments of the recording by 1 to {count}"),
+    })
 }
 
 /// When it is this time, from then on.
@@ -118,7 +135,7 @@ mod tests {
             let option = options.iter().find(|(option, _)| *option == name);
             option.map(|(_, text)| time(text).unwrap())
         };
-        Part { from: given("from"), to: given("to"), around: given("around") }
+        Part { from: given("from"), to: given("to"), around: given("around"), unusual: None }
     }
 
     /// Of a night, from 20:00 to 6:00.

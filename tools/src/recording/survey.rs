@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::clock::Clock;
+use super::unusual::{Kind, Moment, Unusual, LISTED};
 use super::whole::Transfers;
 
 const UNKNOWN: &str = "unknown";
@@ -50,11 +51,24 @@ pub(crate) struct Survey {
     pub(crate) pictures: u64,
     #[serde(skip)]
     pub(crate) first_picture: Option<Vec<u8>>,
-    /// When, and what.
-    pub(crate) errors: Vec<(f64, String)>,
+    /// What was unusual: the first moments of each kind, in order.
+    pub(crate) unusual: Vec<Listed>,
+    pub(crate) unusual_counts: BTreeMap<Kind, u64>,
     pub(crate) is_cut_off: bool,
     /// What is missing because the file is damaged.
     pub(crate) damage: Option<String>,
+}
+
+/// An unusual moment with its number, from 1.
+#[derive(Debug, Serialize)]
+pub(crate) struct Listed {
+    pub(crate) number: usize,
+    pub(crate) kind: Kind,
+    pub(crate) seconds: f64,
+    pub(crate) local_time: String,
+    #[serde(skip)]
+    pub(crate) at: Duration,
+    pub(crate) what: String,
 }
 
 /// A controller that answers from a time on, in seconds, in place of the one before.
@@ -90,10 +104,13 @@ impl Survey {
         };
         let mut measured = (0, Duration::ZERO);
         let mut transfers = Transfers::default();
+        let mut unusual = Unusual::default();
         for entry in recording.by_ref() {
             let entry = entry?;
             progress.inc(1);
             survey.length = survey.length.max(entry.at);
+            let moments = unusual.look(entry.at, &entry.what);
+            moments.into_iter().for_each(|moment| survey.list(moment));
             match entry.what {
                 Recorded::Cycle(cycle) => {
                     transfers.cycle(cycle.number);
@@ -119,6 +136,7 @@ impl Survey {
         if count > 0 {
             survey.mean_cycle_ms = millis(total) / f64::from(count);
         }
+        survey.unusual_counts = unusual.into_counts();
         survey.seconds = survey.length.as_secs_f64();
         survey.started_at = survey.clock.date(Duration::ZERO);
         survey.ended_at = survey.clock.date(survey.length);
@@ -172,29 +190,35 @@ impl Survey {
     }
 
     fn note(&mut self, transfer: &Transfer, at: Duration) {
-        let error = match transfer {
+        match transfer {
             Transfer::Began { device_name, firmware, address, .. } => {
                 self.answers(device_name, firmware, at);
                 self.address.clone_from(address);
-                return;
             }
-            // Older files have no names there.
-            Transfer::Restored { device_name, firmware, .. } if !device_name.is_empty() => {
-                self.answers(device_name, firmware, at);
-                return;
+            Transfer::Lost(_) => self.gaps += 1,
+            Transfer::Restored { after_ms, device_name, firmware, .. } => {
+                // Older files have no names there.
+                if !device_name.is_empty() {
+                    self.answers(device_name, firmware, at);
+                }
+                self.end_gap(*after_ms);
             }
-            Transfer::Lost(failure) => {
-                self.gaps += 1;
-                format!("the connection was lost: {}", failure.error)
-            }
-            Transfer::Failed(failure) => format!("a transfer could not begin: {}", failure.error),
-            Transfer::EndedBy(failure) => format!("the transfer ended: {}", failure.error),
-            Transfer::WatchdogExpired { limit_ms } => {
-                format!("the watchdog stopped the motors after {limit_ms} ms")
-            }
-            _ => return,
-        };
-        self.errors.push((at.as_secs_f64(), error));
+            _ => {}
+        }
+    }
+
+    fn list(&mut self, moment: Moment) {
+        let Moment { number: Some(number), kind, at, what } = moment else { return };
+        let (seconds, local_time) = (at.as_secs_f64(), self.clock.date(at));
+        self.unusual.push(Listed { number, kind, seconds, local_time, at, what });
+    }
+
+    /// The last gap, if it is listed, was so long.
+    fn end_gap(&mut self, after_ms: u64) {
+        let last = self.unusual.iter_mut().rfind(|moment| moment.kind == Kind::Gap);
+        if let Some(gap) = last.filter(|_| self.gaps <= LISTED) {
+            gap.what += &format!("; it was back after {:.2} s", after_ms as f64 / 1e3);
+        }
     }
 }
 

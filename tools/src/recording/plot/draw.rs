@@ -30,6 +30,7 @@ const GROUND: (RGBColor, &str) = (RGBColor(0xFF, 0xFF, 0xFF), "#0D1117");
 const INK: (RGBColor, &str) = (RGBColor(0x1F, 0x23, 0x28), "#E6EDF3");
 const GRID: (RGBColor, &str) = (RGBColor(0xD9, 0xDE, 0xE3), "#30363D");
 const GAP: (RGBColor, &str) = (RGBColor(0xF1, 0xDC, 0xDC), "#4A2326");
+const UNUSUAL: (RGBColor, &str) = (RGBColor(0xBF, 0x87, 0x00), "#D29922");
 const LINES: [(RGBColor, &str); 8] = [
     (RGBColor(0x09, 0x69, 0xDA), "#58A6FF"),
     (RGBColor(0xBC, 0x4C, 0x00), "#F0883E"),
@@ -60,6 +61,8 @@ pub(super) struct Picture {
     pub(super) gaps: Vec<Range<f64>>,
     /// When something happened that is drawn as a tick.
     pub(super) ticks: Vec<f64>,
+    /// When something was unusual, and its number if it has one.
+    pub(super) unusual: Vec<(f64, Option<usize>)>,
     /// Whether it is of two recordings, of which the second is drawn over the wide lines of the first.
     pub(super) two: bool,
     /// Where they differ first.
@@ -101,6 +104,7 @@ fn draw<'a>(picture: &Picture, root: &Area<'a>) -> Result<(), Failed<'a>> {
     let notes = [
         ("shaded: no connection", picture.gaps.is_empty()),
         (TICK, picture.ticks.is_empty()),
+        ("yellow: unusual", picture.unusual.is_empty()),
         (MARK, picture.mark.is_none()),
     ];
     let notes: Vec<&str> = notes.iter().filter(|(_, none)| !none).map(|(note, _)| *note).collect();
@@ -163,6 +167,13 @@ fn draw_panel<'a>(
     for at in &picture.ticks {
         let ends = [(*at, values.start), (*at, tick)];
         chart.draw_series([PathElement::new(ends, INK.0.stroke_width(2))])?;
+    }
+    for (at, number) in &picture.unusual {
+        let ends = [(*at, values.start), (*at, values.end)];
+        chart.draw_series([PathElement::new(ends, UNUSUAL.0.stroke_width(1))])?;
+        let number = number.map_or(String::new(), |number| format!(" {number}"));
+        let style = text(15).color(&UNUSUAL.0);
+        chart.draw_series([Text::new(number, (*at, values.end), style)])?;
     }
     if let Some(at) = picture.mark {
         let ends = [(at, values.start), (at, values.end)];
@@ -358,7 +369,7 @@ impl ValueFormatter<f64> for Times {
 
 /// Adds the colours on a dark ground. Programs that don't know them show the light ones.
 fn with_dark_colours(svg: &str) -> String {
-    let colours = [GROUND, INK, GRID, GAP].into_iter().chain(LINES);
+    let colours = [GROUND, INK, GRID, GAP, UNUSUAL].into_iter().chain(LINES);
     let rules: String = colours
         .map(|(RGBColor(red, green, blue), dark)| {
             let light = format!("#{red:02X}{green:02X}{blue:02X}");

@@ -1,6 +1,7 @@
 //! `txt plot`.
 
 mod draw;
+mod marks;
 mod thin;
 mod tracks;
 mod two;
@@ -26,7 +27,8 @@ There is one panel for each unit. Without terminals, all inputs, counters and mo
 drawn. The picture follows the light or dark setting of what shows it. Where there was no connection,
 or the file is damaged, it is shaded. A tick at the bottom is a motor that has reached its distance or is stalled, or an
 extension that came or went. Below the seconds since the beginning is the time of day in this
-computer's time zone.
+computer's time zone. A yellow line is an unusual moment with its number in txt info; those in the
+picture are printed, too.
 
 Example: txt plot run.mcap I1 C1 M1 E1.I2 --from 03:12 --to 03:14:30 -o plot.svg";
 
@@ -60,12 +62,15 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let mut recording = Recording::open(&args.recording)?;
     let clock = Clock::of(recording.started());
     let part = part.start.as_secs_f64()..part.end.as_secs_f64();
-    let mut tracks = Tracks::new(args.terminals, names, part);
+    let mut tracks = Tracks::new(args.terminals, names, part).with_unusual();
     read(&mut recording, &mut tracks, Duration::ZERO)?;
     say_what_is_missing(&recording, &args.recording, ": it is drawn up to there");
     let file = args.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let unusual = tracks.unusual_lines(&clock);
     let picture = tracks.picture(&file, args.title, clock)?;
     save(&picture, &output)?;
+    // The name of the picture is for scripts.
+    unusual.iter().for_each(|line| eprintln!("{}", print::clean(line)));
     print::line(output.display())
 }
 

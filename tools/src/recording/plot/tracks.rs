@@ -8,6 +8,7 @@ use ft_transfer_area_recorder::{Column, Cycle, Entry, Recorded, Transfer};
 
 use super::super::clock::Clock;
 use super::draw::{Line, Panel, Picture};
+use super::marks::Marks;
 use super::thin::Thin;
 use crate::names::Names;
 use crate::print;
@@ -40,6 +41,8 @@ pub(super) struct Tracks {
     lost_since: Option<f64>,
     last_cycle: Option<f64>,
     ticks: Vec<f64>,
+    /// What is unusual, if that is drawn.
+    marks: Option<Marks>,
     /// The names of those that answer.
     controllers: Vec<String>,
 }
@@ -65,8 +68,14 @@ impl Tracks {
             lost_since: None,
             last_cycle: None,
             ticks: Vec::new(),
+            marks: None,
             controllers: Vec::new(),
         }
+    }
+
+    /// What is unusual is drawn, too.
+    pub(super) fn with_unusual(self) -> Self {
+        Self { marks: Some(Marks::default()), ..self }
     }
 
     /// Takes an entry in. Returns whether later ones are wanted.
@@ -76,6 +85,9 @@ impl Tracks {
         if at > self.wanted.end {
             // An event may be in the file before its cycle, so only a cycle is the end.
             return !matches!(entry.what, Recorded::Cycle(_));
+        }
+        if let Some(marks) = &mut self.marks {
+            marks.look(&entry, is_wanted);
         }
         match entry.what {
             Recorded::Cycle(cycle) => {
@@ -169,6 +181,7 @@ impl Tracks {
             title: title.unwrap_or_else(named),
             gaps: self.take_gaps(),
             ticks: self.ticks().collect(),
+            unusual: self.marks.as_ref().map(Marks::places).unwrap_or_default(),
             panels,
             // A single cycle has no length.
             time: seen.start..seen.end.max(seen.start + 0.01),
@@ -177,6 +190,11 @@ impl Tracks {
             two: false,
             mark: None,
         })
+    }
+
+    /// What is unusual in the picture, as lines for people.
+    pub(super) fn unusual_lines(&self, clock: &Clock) -> Vec<String> {
+        self.marks.as_ref().map(|marks| marks.lines(clock)).unwrap_or_default()
     }
 
     /// The first and the last cycle.

@@ -54,6 +54,7 @@ fn picture(mut both: [Tracks; 2], title: String, mark: Option<f64>) -> anyhow::R
         panels,
         gaps,
         ticks,
+        unusual: Vec::new(),
         two: true,
         mark,
     })

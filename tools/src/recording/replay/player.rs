@@ -396,7 +396,7 @@ impl Player {
 fn keep(ahead: &mut VecDeque<Entry>, entry: Entry) {
     let is_picture = |entry: &Entry| matches!(entry.what, Recorded::Picture(_));
     match entry.what {
-        Recorded::Event(_) | Recorded::Missing => return,
+        Recorded::Event(_) | Recorded::Statistics(_) | Recorded::Missing => return,
         Recorded::Picture(_) => ahead.retain(|one| !is_picture(one)),
         _ => {}
     }
