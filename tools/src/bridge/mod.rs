@@ -89,6 +89,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "MS", default_value_t = 4000)]
     #[arg(value_parser = clap::value_parser!(u64).range(2000..=60_000))]
     broker_limit: u64,
+    /// Publish a motor with an encoder that should turn and stands still for this time; 0: never
+    #[arg(long, value_name = "MS", default_value_t = 1000)]
+    #[arg(value_parser = clap::value_parser!(u64).range(0..=3_600_000))]
+    stall_limit: u64,
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
@@ -152,7 +156,7 @@ fn machine<'a>(
     let areas = 1 + usize::from(args.extensions);
     let handler = handler(&host, areas)?;
     let noise = Noise { every: Duration::from_millis(args.every), deadband: args.deadband };
-    let master_limit = Some(Duration::from_millis(args.master_limit));
+    let limit = |millis| Some(Duration::from_millis(millis)).filter(|limit| !limit.is_zero());
     let setup = Setup {
         broker: broker.clone(),
         topics: Topics::new(&args.prefix, &name),
@@ -160,7 +164,8 @@ fn machine<'a>(
         host,
         names: names.by_topic(),
         noise,
-        master_limit: master_limit.filter(|limit| !limit.is_zero()),
+        master_limit: limit(args.master_limit),
+        stall_limit: limit(args.stall_limit),
     };
     Machine::new(handler, setup, stop, left_on)
 }
