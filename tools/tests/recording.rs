@@ -93,6 +93,26 @@ fn a_part_is_given_by_the_time_of_day() {
     }
 }
 
+#[test]
+fn a_recording_in_parts_has_files_that_can_be_read_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let args = ["record", "--simulate", "slide", "--seconds", "2.5", "--parts", "1s", "-o", &path];
+    let recorded = run(&args);
+    assert!(recorded.status.success(), "{}", said(&recorded));
+    let mut files = names(&folder);
+    files.sort();
+    assert!(files.len() >= 2 && files[0] == "run-0001.mcap", "{files:?}");
+    let newest = in_folder(&folder, files.last().unwrap());
+    assert!(said(&recorded).contains(&format!(" to {newest}: ")), "{}", said(&recorded));
+    let info = run(&["info", &newest, "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    assert_eq!((&info["device_name"], &info["transfers"]), (&"TX2013".into(), &1.into()));
+    assert_eq!(info["unusual_counts"].get("gap"), None);
+    let both = run(&["record", "--simulate", "--parts", "1s", "--force", "-o", &path]);
+    assert_eq!(both.status.code(), Some(2), "{}", said(&both));
+}
+
 /// The names of what is in a folder.
 fn names(folder: &TempDir) -> Vec<String> {
     let entries = fs::read_dir(folder.path()).unwrap();

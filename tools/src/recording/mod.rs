@@ -3,6 +3,7 @@
 mod clock;
 pub(crate) mod compare;
 pub(crate) mod csv;
+pub(crate) mod in_parts;
 pub(crate) mod info;
 pub(crate) mod output;
 pub(crate) mod part;
