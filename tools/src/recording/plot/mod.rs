@@ -28,9 +28,9 @@ drawn. The picture follows the light or dark setting of what shows it. Where the
 or the file is damaged, it is shaded. A tick at the bottom is a motor that has reached its distance or is stalled, or an
 extension that came or went. Below the seconds since the beginning is the time of day in this
 computer's time zone. A yellow line is an unusual moment with its number in txt info; those in the
-picture are printed, too.
+picture are printed, too. A part of it is given by seconds or by times of day, as in --from 03:12.
 
-Example: txt plot run.mcap I1 C1 M1 E1.I2 --from 03:12 --to 03:14:30 -o plot.svg";
+Example: txt plot run.mcap I1 C1 M1 E1.I2 --from 10 --to 25.5 -o plot.svg";
 
 /// Draw parts of a recording as a picture
 #[derive(clap::Args)]

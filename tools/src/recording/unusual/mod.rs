@@ -116,7 +116,8 @@ impl Unusual {
                 found.push((Kind::LongCycle, 1, what));
             }
         }
-        self.terminals.look(at, cycle, |kind, what| found.push((kind, 1, what)));
+        let found = |kind, what| found.push((kind, 1, what));
+        self.terminals.look(at, cycle.first, &cycle.areas, found);
     }
 
     fn number(&mut self, at: Duration, kind: Kind, count: u64, what: String) -> Moment {

@@ -7,7 +7,6 @@ use ft_transfer_area::transfer_area::{
 };
 use ft_transfer_area::tx::{Counter, Input};
 use ft_transfer_area::FishX1Transfer;
-use ft_transfer_area_recorder::Cycle;
 
 use super::Kind;
 
@@ -52,16 +51,18 @@ struct Counted {
 }
 
 impl Terminals {
+    /// Looks at a cycle, which may be the first of its connection.
     pub(super) fn look(
         &mut self,
         at: Duration,
-        cycle: &Cycle,
+        is_first: bool,
+        areas: &[FishX1Transfer],
         mut found: impl FnMut(Kind, String),
     ) {
-        let alive = cycle.areas[0].state.io_slave_alive;
-        for (index, (known, area)) in self.0.iter_mut().zip(&cycle.areas).enumerate() {
+        let alive = areas[0].state.io_slave_alive;
+        for (index, (known, area)) in self.0.iter_mut().zip(areas).enumerate() {
             let takes_part = index.checked_sub(1).is_none_or(|extension| alive[extension] != 0);
-            if cycle.first || !takes_part {
+            if is_first || !takes_part {
                 known.begin_again();
             }
             if takes_part {
@@ -163,5 +164,80 @@ impl Counted {
         } else {
             None
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ft_transfer_area::transfer_area::InputMode;
+
+    use super::*;
+
+    /// A machine, cycle after cycle.
+    #[derive(Default)]
+    struct Night {
+        area: FishX1Transfer,
+        terminals: Terminals,
+        cycles: u32,
+        found: Vec<String>,
+    }
+
+    impl Night {
+        fn cycles(&mut self, count: u32) {
+            for _ in 0..count {
+                self.cycles += 1;
+                let (at, is_first) = (self.cycles * Duration::from_millis(10), self.cycles == 1);
+                let areas = std::slice::from_ref(&self.area);
+                self.terminals.look(at, is_first, areas, |_, what| self.found.push(what));
+            }
+        }
+    }
+
+    #[test]
+    fn an_input_is_over_range_once_until_it_was_not() {
+        let mut night = Night::default();
+        night.area.config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
+        night.cycles(20);
+        for value in [1024, 30, 4096, 30] {
+            night.area.input.uni[3] = value;
+            night.cycles(20);
+        }
+        // Until the controller measures in the new mode, the value is that of the old one.
+        night.area.input.uni[3] = 14_000;
+        night.area.config.uni[3].mode = InputMode::Resistance.into();
+        night.cycles(3);
+        night.area.input.uni[3] = 300;
+        night.cycles(20);
+        let over = ["I4 is over range, 1024 cm", "I4 is over range, 4096 cm: no sensor"];
+        assert_eq!(night.found, over);
+    }
+
+    #[test]
+    fn counters_jump_and_go_back_but_not_by_a_reset_or_a_distance() {
+        let mut night = Night::default();
+        night.area.input.counter[1] = -200;
+        night.cycles(20);
+        // At full speed, and once around.
+        for count in (0..100).map(|cycle| (-200 + 8 * cycle) as i16) {
+            night.area.input.counter[1] = count;
+            night.cycles(1);
+        }
+        night.area.output.cnt_reset_cmd_id[1] = 1;
+        night.cycles(2);
+        night.area.input.counter[1] = 0;
+        night.area.input.cnt_reset_cmd_id[1] = 1;
+        night.cycles(20);
+        night.area.input.counter[1] = 500;
+        night.cycles(20);
+        night.area.input.counter[1] = 499;
+        night.cycles(20);
+        night.area.output.distance[1] = 50;
+        night.area.output.motor_ex_cmd_id[1] = 1;
+        night.cycles(1);
+        night.area.input.counter[1] = 0;
+        night.cycles(20);
+        let jumps =
+            ["C2 jumps from 0 to 500 within 10 ms", "C2 goes back from 500 to 499 without a reset"];
+        assert_eq!(night.found, jumps);
     }
 }
