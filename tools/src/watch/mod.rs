@@ -353,8 +353,10 @@ impl Notes {
                 log::warn!("{}, and perhaps more", forgotten(them.forgotten));
             }
             Happened::Missed => log::warn!("{}", missed(seen.line)),
-            Happened::Halted { gone, error } => log::warn!("{}", halted(*gone, error.as_ref())),
-            Happened::Offline(Farewell::Unanswered) => log::warn!("{FAREWELL_UNANSWERED}"),
+            Happened::Halted { gone, error: None } => log::warn!("{}", halted(*gone, None)),
+            // Motors may go on: no warning takes the room of these.
+            Happened::Halted { gone, error } => log::error!("{}", halted(*gone, error.as_ref())),
+            Happened::Offline(Farewell::Unanswered) => log::error!("{FAREWELL_UNANSWERED}"),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *was_refused = false,
             Happened::Refused(_)
             | Happened::Connected(_)
