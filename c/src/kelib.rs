@@ -4,6 +4,7 @@
 use std::fmt::Display;
 use std::ops::ControlFlow;
 use std::slice;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
@@ -44,10 +45,12 @@ static CALLBACK: Mutex<Option<Callback>> = Mutex::new(None);
 /// Held while the callback runs. The callback itself may set another one.
 static CALLED: ReentrantMutex<()> = ReentrantMutex::new(());
 static I2C: Mutex<Option<I2c>> = Mutex::new(None);
+/// Whether there has been I2C: the first start makes it, if `InitI2C` has not done so before.
+static I2C_MADE: AtomicBool = AtomicBool::new(false);
 /// What was said of I2C.
 static TOLD: LazyLock<Mutex<Repeated>> = LazyLock::new(Mutex::default);
 
-/// What `InitI2C` has made, until the exchange ends.
+/// What `InitI2C` or the first start has made, until the exchange ends.
 struct I2c {
     /// `None` while it is to be taken from the program's exchange.
     client: Option<I2cClient>,
@@ -138,7 +141,11 @@ fn begin_again(session: &ProgramSession<FishX1Transfer>) -> Result<(), Error> {
         *i2c = I2c { client: None, alone: None };
     }
     session.clear();
-    session.start()
+    session.start()?;
+    if !I2C_MADE.swap(true, Ordering::Relaxed) {
+        *i2c = Some(I2c { client: None, alone: None });
+    }
+    Ok(())
 }
 
 /// Calls the program's function, if there is one.
@@ -202,6 +209,7 @@ pub extern "C" fn InitI2C() -> u32 {
         match connect_i2c(session.as_deref()) {
             Ok(connected) => {
                 *i2c = Some(connected);
+                I2C_MADE.store(true, Ordering::Relaxed);
                 NONE
             }
             Err(error) => {
@@ -274,7 +282,7 @@ fn transfer(device: u8, write: &[u8], read: &mut [u8]) -> Result<(), u32> {
             .i2c()
             .and_then(|first| client.insert(first).write_read(device, write, read)),
         (Some(_), None) | (None, _) => {
-            tell("I2C needs InitI2C first, also after StopTxtDownloadProg or a start that failed");
+            tell("I2C begins with InitI2C or the first start, and ends with StopTxtDownloadProg or a start that fails");
             return Err(other);
         }
     };

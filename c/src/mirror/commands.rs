@@ -2,30 +2,42 @@
 
 use std::mem;
 
+/// How many commands are known by their ids on the wire.
+const KNOWN: u16 = 8;
+
 /// The command id of one counter, motor or sound.
 ///
-/// A program begins to count where it likes, and a controller remembers the last id of the program before.
-/// So ids on the wire continue from the controller's, and the program sees them as continued from its own.
+/// A program gives its commands any ids, and may set them back to 0 while one runs; a controller remembers the last id of
+/// the program before. So each command has the next id on the wire, continued from the controller's, and the program
+/// sees its own.
 #[derive(Clone, Copy, Default)]
 pub(super) struct ContinuedId {
-    /// The program's id when the transfer began, and the one on the wire then.
-    first: u16,
-    base: u16,
-    /// What came back then, which may be another one; `None` when a newer one has come.
+    /// The id on the wire of the last command that went out.
+    wire: u16,
+    /// The program's ids of the last commands; [`place`] says where.
+    ids: [u16; KNOWN as usize],
+    /// How many of them are known. The first one was given before the transfer began.
+    known: u16,
+    /// What came back when the transfer began, which may be another one; `None` when a newer one has come.
     before: Option<u16>,
-    /// The program's id that went out last.
-    sent: u16,
     /// The program's id that has come back.
     received: u16,
-    /// Not done yet.
+    /// Whether it is that of the last command.
+    is_back: bool,
+    /// Not reported as done yet.
     pending: bool,
+}
+
+/// Where the program's id of the command with this id on the wire is.
+fn place(wire: u16) -> usize {
+    usize::from(wire % KNOWN)
 }
 
 impl ContinuedId {
     /// A transfer begins: the controller was given `given`, and says that `echo` is done. A command that the program
     /// gave before is still to be sent.
     pub(super) fn begin(&mut self, given: u16, echo: u16) {
-        (self.received, self.pending) = (self.sent, false);
+        (self.received, self.pending) = (self.sent(), false);
         // The next one is neither of both.
         let is_next = echo == given.wrapping_add(1);
         self.count_from(if is_next { echo } else { given }, echo);
@@ -33,38 +45,44 @@ impl ContinuedId {
 
     /// From now on the program's last id is `base` on the wire.
     fn count_from(&mut self, base: u16, echo: u16) {
-        (self.first, self.base, self.before) = (self.sent, base, Some(echo));
+        self.ids[place(base)] = self.sent();
+        (self.wire, self.known, self.before) = (base, 1, Some(echo));
+    }
+
+    /// The program's id that went out last.
+    fn sent(&self) -> u16 {
+        self.ids[place(self.wire)]
     }
 
     /// Whether this id of the program's is that of a new command.
     fn is_new(&self, id: u16) -> bool {
-        id != self.sent
+        id != self.sent()
     }
 
     /// The id to send for the program's; none has been given yet when it is none.
     pub(super) fn send(&mut self, id: u16) -> Option<u16> {
         if self.is_new(id) {
-            (self.sent, self.pending) = (id, true);
+            self.wire = self.wire.wrapping_add(1);
+            self.ids[place(self.wire)] = id;
+            self.known = KNOWN.min(self.known + 1);
+            (self.pending, self.is_back) = (true, false);
         }
-        (id != self.first || self.pending).then(|| self.wire(id))
-    }
-
-    fn wire(&self, id: u16) -> u16 {
-        id.wrapping_sub(self.first).wrapping_add(self.base)
+        (self.known > 1 || self.pending).then_some(self.wire)
     }
 
     /// The program's view of an id that came back, and whether it is the one that it is waiting for: not
     /// when it has given a newer one since.
     pub(super) fn receive(&mut self, echo: u16, newest: u16) -> (u16, bool) {
-        // What is one further stops all motors at the end of the transfer; the program has not given it.
-        let is_stop = echo == self.wire(self.sent).wrapping_add(1);
-        if self.before != Some(echo) && !is_stop {
+        // Not what is one further, which stops all motors at the end of the transfer: the program has not given it.
+        let age = self.wire.wrapping_sub(echo);
+        if self.before != Some(echo) && age < self.known {
             self.before = None;
-            self.received = echo.wrapping_sub(self.base).wrapping_add(self.first);
+            self.received = self.ids[place(echo)];
+            self.is_back |= age == 0;
         }
-        let done = self.pending && self.received == self.sent;
+        let done = self.pending && self.is_back;
         self.pending &= !done;
-        (self.received, done && self.received == newest)
+        (self.received, done && self.sent() == newest)
     }
 }
 
@@ -96,7 +114,7 @@ impl SoundCommand {
 
     /// The program's view of an id that came back.
     pub(super) fn receive(&mut self, echo: u16) -> u16 {
-        let (received, is_done) = self.id.receive(echo, self.id.sent);
+        let (received, is_done) = self.id.receive(echo, self.id.sent());
         self.plays &= !is_done;
         received
     }
@@ -179,7 +197,7 @@ impl MotorCommand {
     /// so what is not done of it is sent anew. `echo` is the last command that is done, and `counter` what it has
     /// counted.
     pub(super) fn go_on(&mut self, stop: u16, echo: u16, counter: i16) {
-        let last = self.id.wire(self.id.sent);
+        let last = self.id.wire;
         let is_done = !self.id.pending || echo == last || echo == stop;
         // Otherwise the outputs went off before it was sent.
         let has_begun = last == stop.wrapping_sub(1);
@@ -194,7 +212,7 @@ impl MotorCommand {
         let base = if is_done { stop } else { stop.wrapping_add(1) };
         self.id.count_from(base, echo);
         if is_done {
-            self.id.received = self.id.sent;
+            (self.id.received, self.id.is_back) = (self.id.sent(), true);
         }
     }
 }

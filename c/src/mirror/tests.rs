@@ -34,10 +34,29 @@ fn the_stop_at_the_end_of_a_transfer_is_no_command_of_the_program() {
     command.begin(7, 7);
     assert_eq!(command.receive(8, 0), (0, false), "stopped before the first command");
     command.begin(8, 8);
-    assert_eq!(command.send(5), Some(13));
-    assert_eq!(command.receive(14, 5), (0, false), "cut off");
-    assert_eq!(command.receive(13, 5), (5, true));
-    assert_eq!(command.receive(14, 5), (5, false), "stopped after it");
+    assert_eq!(command.send(5), Some(9));
+    assert_eq!(command.receive(10, 5), (0, false), "cut off");
+    assert_eq!(command.receive(9, 5), (5, true));
+    assert_eq!(command.receive(10, 5), (5, false), "stopped after it");
+}
+
+#[test]
+fn a_command_with_a_lower_id_is_a_command_like_each_other() {
+    let mut command = ContinuedId::default();
+    command.begin(4, 4);
+    for before in [4, 6, 8, 10] {
+        let (first, second) = (before + 1, before + 2);
+        assert_eq!(command.send(1), Some(first));
+        assert_eq!(command.receive(before, 1), (0, false));
+        assert_eq!(command.send(0), Some(second));
+        assert_eq!(command.receive(before, 0), (0, false), "a command of before had this id, too");
+        assert_eq!(
+            command.receive(first, 0),
+            (1, false),
+            "one further, but not the stop at the end"
+        );
+        assert_eq!(command.receive(second, 0), (0, true));
+    }
 }
 
 /// A motor whose command was cut off, sent as `stop - 1` unless the pause came before.
@@ -177,6 +196,36 @@ fn the_end_of_a_distance_is_not_taken_for_the_next_one_on_a_txt() {
     assert_eq!(exchange(1), 0, "the program waits for a cycle");
     command(2, 100);
     assert_eq!((exchange(1), exchange(1), exchange(2)), (0, 0, 1));
+}
+
+/// As published programs command each distance.
+#[test]
+fn a_distance_is_not_reached_at_once_when_the_program_sets_its_id_back_to_0() {
+    let array = Arc::new(AreaArray::<FishX1Transfer>::new());
+    let mut mirror = Mirror::on_txt(Arc::clone(&array));
+    let mut areas = vec![FishX1Transfer::default(); AREAS];
+    mirror.begin(&areas);
+    let places = array.places(0);
+    let mut exchange = |id, distance, is_done| {
+        let mut output = array.load(places.output);
+        (output.motor_ex_cmd_id[0], output.distance[0]) = (id, distance);
+        array.store(places.output, output);
+        mirror.put_out(&mut areas);
+        if is_done {
+            areas[0].input.motor_ex_cmd_id = areas[0].output.motor_ex_cmd_id;
+        }
+        mirror.take_in(&areas, |_| {});
+        let mut input = array.load(places.input);
+        let reached = input.motor_ex_reached[0];
+        input.motor_ex_reached[0] = 0;
+        array.store(places.input, input);
+        reached
+    };
+    for _ in 0..3 {
+        assert_eq!(exchange(1, 0, true), 0);
+        assert_eq!((exchange(0, 100, false), exchange(0, 100, false)), (0, 0), "it moves");
+        assert_eq!(exchange(0, 100, true), 1);
+    }
 }
 
 #[test]

@@ -46,7 +46,7 @@ pub(crate) fn run(
     arguments: &[OsString],
     build: &Path,
 ) -> Result<Ended, Sentence> {
-    let online = Online::new(build)?;
+    let mut online = Online::new(build)?;
     let mut command = Command::new(&program.path);
     command.args(arguments).env(HOST, target.host()).env(online::VARIABLE, &online.folder);
     if cfg!(windows) {
@@ -66,7 +66,7 @@ pub(crate) fn run(
             Ok(None) if online.is_left() => {
                 was_left = true;
                 // Sentences without room are not said.
-                stop_left(&online, target).into_iter().for_each(|it| drop(to_say.try_send(it)));
+                stop_left(&mut online, target).into_iter().for_each(|it| drop(to_say.try_send(it)));
             }
             Ok(None) => thread::sleep(LOOK),
             Ok(Some(status)) => break Ok(status),
@@ -79,7 +79,8 @@ pub(crate) fn run(
     let is_crash = status.code().is_none_or(signals::is_crash);
     let (status, word) = end_of(&name, program.entry, status);
     let forks = forks.end().then(|| format!("what {name} has left running was ended"));
-    let stopped = stop_left(&online, target);
+    // Also those that could not be stopped while the program ran.
+    let stopped = stop_left(&mut online, target);
     // All that it began has ended by its own last exchange. Without a transfer nobody knows what the outputs do.
     let is_off = online.has_begun() && stopped.is_empty() && !was_left;
     let word =
@@ -113,7 +114,7 @@ impl Forks {
 }
 
 /// Stops the controllers that the program has left, and returns what is to be said of it.
-fn stop_left(online: &Online, target: &Target) -> Vec<String> {
+fn stop_left(online: &mut Online, target: &Target) -> Vec<String> {
     // A simulated TXT ends with this process.
     let simulated = match target {
         Target::Host(_) => None,

@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io;
+use std::mem;
 use std::path::{self, Path, PathBuf};
 
 use ft_transfer_area::Error;
@@ -22,6 +23,8 @@ pub(crate) struct Online {
     pub(crate) folder: PathBuf,
     #[cfg_attr(not(unix), allow(dead_code, reason = "nobody asks for the mark"))]
     mark: File,
+    /// The hosts that could not be stopped.
+    failed: BTreeSet<String>,
 }
 
 impl Online {
@@ -30,7 +33,7 @@ impl Online {
         let folder = path::absolute(folder.join("transfers"))?;
         fs::create_dir(&folder)?;
         let mark = File::create_new(folder.join(MARK))?;
-        Ok(Self { folder, mark })
+        Ok(Self { folder, mark, failed: BTreeSet::new() })
     }
 
     /// Whether the program has begun a transfer.
@@ -51,13 +54,23 @@ impl Online {
         self.left().values().any(|left| left == host)
     }
 
-    /// Sends a last exchange to each controller that was left, except to this one. They are left no more then, also
-    /// those that could not be stopped.
-    pub(crate) fn stop_left(&self, but: Option<&str>) -> Vec<Result<(), Error>> {
+    /// Sends a last exchange to each controller that was left, except to this one. They are left no more then. One that
+    /// could not be stopped is tried again by the next call: what the program has made by `fork` may have ended by then,
+    /// with which the controller was online.
+    pub(crate) fn stop_left(&mut self, but: Option<&str>) -> Vec<Result<(), Error>> {
         let left = self.left();
         left.keys().for_each(|file| _ = fs::remove_file(file));
-        let hosts: BTreeSet<&str> = left.values().map(String::as_str).collect();
-        hosts.into_iter().filter(|host| Some(*host) != but).map(stop::stop).collect()
+        let hosts: BTreeSet<String> =
+            left.into_values().chain(mem::take(&mut self.failed)).collect();
+        let hosts = hosts.into_iter().filter(|host| Some(host.as_str()) != but);
+        let stop_or_keep = |host: String| {
+            let stopped = stop::stop(&host);
+            if stopped.is_err() {
+                self.failed.insert(host);
+            }
+            stopped
+        };
+        hosts.map(stop_or_keep).collect()
     }
 
     /// Whether transfers are left that no process has any more: the program has ended, or has become another one.
@@ -78,7 +91,7 @@ impl Online {
     fn is_marked(&self) -> bool {
         use std::os::fd::AsRawFd;
         // SAFETY: integers, for which all bits 0 are valid.
-        let mut mark: libc::flock = unsafe { std::mem::zeroed() };
+        let mut mark: libc::flock = unsafe { mem::zeroed() };
         mark.l_type = libc::F_WRLCK as _;
         // SAFETY: the file is open, and the mark is this function's. It only asks.
         let asked = unsafe { libc::fcntl(self.mark.as_raw_fd(), libc::F_GETLK, &raw mut mark) };
@@ -105,18 +118,18 @@ mod tests {
     #[test]
     fn what_has_begun_and_not_ended_is_left() {
         let folder = tempfile::tempdir().unwrap();
-        let online = Online::new(folder.path()).unwrap();
-        let left = || online.left().into_values().collect::<Vec<_>>();
+        let mut online = Online::new(folder.path()).unwrap();
+        let left = |online: &Online| online.left().into_values().collect::<Vec<_>>();
         #[cfg(unix)]
         let note = |name, host| std::os::unix::fs::symlink(host, online.folder.join(name)).unwrap();
         #[cfg(not(unix))]
         let note = |name, host| fs::write(online.folder.join(name), host).unwrap();
-        assert_eq!(left(), [""; 0]);
+        assert_eq!(left(&online), [""; 0]);
         note("7.0", "auto");
         note("7.1", "10.0.0.7:65000");
-        assert_eq!(left(), ["auto", "10.0.0.7:65000"]);
+        assert_eq!(left(&online), ["auto", "10.0.0.7:65000"]);
         fs::remove_file(online.folder.join("7.0")).unwrap();
         assert!(online.stop_left(Some("10.0.0.7:65000")).is_empty());
-        assert_eq!(left(), [""; 0]);
+        assert_eq!(left(&online), [""; 0]);
     }
 }

@@ -14,7 +14,8 @@ fn check(headers: &[&str], declarations: &str) {
     let headers: String = headers.iter().map(|header| format!("#include \"{header}\"\n")).collect();
     let source = format!("{headers}{declarations}int main(void) {{ return 0; }}\n");
     for compiler in compilers::all() {
-        compiler.check_all(&source);
+        // A value is the same in those between.
+        compiler.check_ends(&source);
     }
 }
 

@@ -328,6 +328,16 @@ fn i2c_devices_are_read_and_written() {
 }
 
 #[test]
+fn the_first_start_makes_i2c_possible() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    txt.with_machine(|machine| machine.i2c_device(0x18)[0] = 7);
+    let ended = Running::with(program, &txt, &["i2c at once"]).end();
+    ended.well();
+    assert_eq!(ended.out, "0\n1703\n0 0\n", "{}", ended.err);
+}
+
+#[test]
 fn an_exchange_begins_also_without_i2c_which_goes_on_when_it_is_there() {
     let Some(program) = program() else { return };
     let txt = simulated().start().unwrap();

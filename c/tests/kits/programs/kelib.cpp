@@ -289,6 +289,22 @@ static int transfer_i2c()
     return 0;
 }
 
+// Transfers after its first start, which makes I2C possible, and its second, which does not.
+static int transfer_without_init(void)
+{
+    uint8_t byte = 0;
+    for (int i = 0; i < 2; i++) {
+        printf("%X\n", (unsigned)KeLibI2cTransfer(0x18, 1, &byte, 1, &byte, 0));
+        StopTxtDownloadProg();
+        if (StartTxtDownloadProg() != KELIB_ERROR_NONE) {
+            return 3;
+        }
+    }
+    printf("%X", (unsigned)InitI2C());
+    printf(" %X\n", (unsigned)KeLibI2cTransfer(0x18, 1, &byte, 1, &byte, 0));
+    return 0;
+}
+
 // Calls for I2C once, and begins to exchange at each signal.
 static int start_after_i2c()
 {
@@ -369,6 +385,9 @@ int main(int argc, char *argv[])
     }
     if (strcmp(what, "i2c") == 0) {
         return transfer_i2c();
+    }
+    if (strcmp(what, "i2c at once") == 0) {
+        return transfer_without_init();
     }
     if (strcmp(what, "sound") == 0) {
         return play_sound(area);

@@ -1,10 +1,10 @@
 /* A PC program: turns M1 until I1 is pressed, and ends without a call for it. With DEAF it ignores Ctrl-C, and with
    DEFAULT it has no chance to stop the motor. With WAITS its end never comes, because a function of atexit waits, by a
    return from main, and with EXIT by a call. With FORK and DAEMON another process goes on when the first one has ended
-   by `_exit`: one that only waits, and one that drives. With RENAMED and REMOVED the program's file has another name or
-   none before the one that waits is made; with THREAD a thread waits there, and main has ended. With CHAIN it is a new
-   one every 20 ms. With CONTROL it has a function for Ctrl-C that handles the first one. With KILLED it kills itself.
-   With COMMAND it runs that for a long time. */
+   by `_exit`: one that only waits, and one that drives. With EXEC the first one becomes another program before it ends.
+   With RENAMED and REMOVED the program's file has another name or none before the one that waits is made; with THREAD a
+   thread waits there, and main has ended. With CHAIN it is a new one every 20 ms. With CONTROL it has a function for
+   Ctrl-C that handles the first one. With KILLED it kills itself. With COMMAND it runs that for a long time. */
 #ifdef THREAD
 #include <pthread.h>
 #endif
@@ -110,6 +110,9 @@ int main(int argc, char *argv[])
         wait_for_ever();
     }
     Sleep(100);
+#ifdef EXEC
+    execlp("sh", "sh", "-c", "sleep 1; exit 4", NULL);
+#endif
     _exit(4);
 #endif
     while (value == 0) {
