@@ -20,7 +20,6 @@ use std::time::Duration;
 
 use anyhow::{bail, ensure, Context};
 use crossbeam_channel::{bounded, select};
-use ft_transfer_area::controller_address;
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -36,9 +35,6 @@ use crate::{arguments, lines};
 
 /// The environment variable with the password for the broker: an argument could be read by everybody.
 const PASSWORD: &str = "TXT_MQTT_PASSWORD";
-
-/// How long to look for the only controller.
-const SEARCH: Duration = Duration::from_millis(1500);
 
 /// Connect controllers to an MQTT broker: inputs as topics, and commands from topics
 #[derive(clap::Args)]
@@ -182,7 +178,7 @@ fn controllers(
     );
     let hosts = match simulated {
         Some(txt) => vec![txt.address().to_string()],
-        None if args.hosts.is_empty() => vec![controller_address("auto", SEARCH)?.to_string()],
+        None if args.hosts.is_empty() => vec![arguments::found("auto")?],
         None => args.hosts.clone(),
     };
     ensure!(
@@ -208,7 +204,8 @@ fn controllers(
             "two controllers have the name {name:?}; give each another --name"
         );
     }
-    Ok(names.into_iter().zip(hosts).collect())
+    let hosts = hosts.iter().map(|host| arguments::found(host));
+    names.into_iter().zip(hosts).map(|(name, host)| Ok((name, host?))).collect()
 }
 
 fn login(user: Option<String>) -> anyhow::Result<Option<(String, String)>> {

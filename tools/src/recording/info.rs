@@ -42,16 +42,15 @@ fn text(survey: &Survey) -> String {
     let mut lines = Vec::new();
     let mut line =
         |name: &str, value: String| lines.push(format!("{name:12} {}\n", print::clean(&value)));
-    let at = match &*survey.address {
-        "" => String::new(),
-        address => format!(" at {address}"),
-    };
     let [name, firmware] = survey.controller();
-    line("controller", format!("{name}{at}, firmware {firmware}"));
+    line("controller", format!("{name}{}, firmware {firmware}", at(&survey.address, "")));
+    let mut address = &survey.address;
     for later in survey.later_controllers.iter().take(LISTED) {
         let [name, firmware] = later.controller();
         let since = moment(survey, later.since);
-        line("", format!("from {since} on {name}, firmware {firmware}"));
+        let at = at(&later.address, address);
+        line("", format!("from {since} on {name}{at}, firmware {firmware}"));
+        address = &later.address;
     }
     if survey.later_controllers.len() > LISTED {
         line("", format!("and {} more changes", survey.later_controllers.len() - LISTED));
@@ -82,6 +81,14 @@ fn text(survey: &Survey) -> String {
         line("note", "the file is cut off; this is what was written before".to_owned());
     }
     lines.concat()
+}
+
+/// Where a controller is, if that is known and was not said before.
+fn at(address: &str, before: &str) -> String {
+    if address.is_empty() || address == before {
+        return String::new();
+    }
+    format!(" at {address}")
 }
 
 /// When it began, and how long ago it was if that is less than a day.
@@ -119,7 +126,27 @@ fn counted(count: u64, what: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use ft_transfer_area_recorder::Transfer;
+
     use super::*;
+
+    #[test]
+    fn each_controller_has_its_own_address() {
+        let mut survey = Survey::default();
+        for (second, name, address) in
+            [(0, "A", "10.0.0.1"), (5, "A", "10.0.0.1"), (6, "B", "10.0.0.2"), (7, "C", "10.0.0.2")]
+        {
+            let (device_name, firmware) = (name.to_owned(), "4.7.0".to_owned());
+            let began =
+                Transfer::Began { device_name, firmware, address: address.to_owned(), areas: 1 };
+            survey.note(&began, Duration::from_secs(second));
+        }
+        let begins = "controller   A at 10.0.0.1, firmware 4.7.0\n             \
+            from 6.00 s on B at 10.0.0.2, firmware 4.7.0\n             \
+            from 7.00 s on C, firmware 4.7.0\n";
+        let text = text(&survey);
+        assert!(text.starts_with(begins), "{text}");
+    }
 
     #[test]
     fn one_of_something_is_not_several() {

@@ -32,8 +32,9 @@ pub(crate) struct Survey {
     /// Of the first controller. Empty, as the firmware, when the program has not asked for it, or the beginning was lost.
     pub(crate) device_name: String,
     pub(crate) firmware: String,
-    /// Those that have answered later, by name and firmware.
+    /// Those that have answered later, by name, firmware and address.
     pub(crate) later_controllers: Vec<Later>,
+    /// Of the first controller.
     pub(crate) address: String,
     pub(crate) areas: usize,
     /// The number of the last extension that took part.
@@ -77,6 +78,7 @@ pub(crate) struct Later {
     pub(crate) since: f64,
     pub(crate) device_name: String,
     pub(crate) firmware: String,
+    pub(crate) address: String,
 }
 
 impl Later {
@@ -169,37 +171,37 @@ impl Survey {
         *total += cycle.since_last;
     }
 
-    /// A controller with this name and firmware answers. Both are empty if it was not asked.
-    fn answers(&mut self, device_name: &str, firmware: &str, at: Duration) {
+    /// A controller with this name and firmware answers, perhaps at another address. The first two are empty if it was
+    /// not asked.
+    fn answers(&mut self, device_name: &str, firmware: &str, address: Option<&str>, at: Duration) {
         let before = match self.later_controllers.last() {
-            Some(later) => (&*later.device_name, &*later.firmware),
-            None => (&*self.device_name, &*self.firmware),
+            Some(later) => [&*later.device_name, &later.firmware, &later.address],
+            None => [&*self.device_name, &self.firmware, &self.address],
         };
-        if (device_name, firmware) == before {
+        let now = [device_name, firmware, address.unwrap_or(before[2])];
+        if now == before {
             return;
         }
-        // Without an address no beginning was read.
-        let is_first = before == ("", "") && self.address.is_empty();
-        let (device_name, firmware) = (device_name.to_owned(), firmware.to_owned());
+        let is_first = before == [""; 3];
+        let [device_name, firmware, address] = now.map(str::to_owned);
         if is_first {
-            (self.device_name, self.firmware) = (device_name, firmware);
+            (self.device_name, self.firmware, self.address) = (device_name, firmware, address);
         } else {
             let since = at.as_secs_f64();
-            self.later_controllers.push(Later { since, device_name, firmware });
+            self.later_controllers.push(Later { since, device_name, firmware, address });
         }
     }
 
-    fn note(&mut self, transfer: &Transfer, at: Duration) {
+    pub(super) fn note(&mut self, transfer: &Transfer, at: Duration) {
         match transfer {
             Transfer::Began { device_name, firmware, address, .. } => {
-                self.answers(device_name, firmware, at);
-                self.address.clone_from(address);
+                self.answers(device_name, firmware, Some(address), at);
             }
             Transfer::Lost(_) => self.gaps += 1,
             Transfer::Restored { after_ms, device_name, firmware, .. } => {
                 // Older files have no names there.
                 if !device_name.is_empty() {
-                    self.answers(device_name, firmware, at);
+                    self.answers(device_name, firmware, None, at);
                 }
                 self.end_gap(*after_ms);
             }

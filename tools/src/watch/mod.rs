@@ -40,7 +40,7 @@ use crate::program::{Program, Reads};
 use crate::recording::in_parts::InParts;
 use crate::recording::output::{incomplete, Output};
 use crate::seen::{
-    forgotten, halted, missed, no_answer, not_understood, Farewell, Happened, Seen,
+    forgotten, halted, missed, no_answer, not_understood, refused, Farewell, Happened, Seen,
     FAREWELL_UNANSWERED,
 };
 use crate::web::browser::Opening;
@@ -339,12 +339,11 @@ struct Notes {
 
 impl Notes {
     fn take(&mut self, seen: &Seen) {
-        let line = seen.line.name();
-        let refused = &mut self.refused[seen.line.index()];
+        let was_refused = &mut self.refused[seen.line.index()];
         match &seen.what {
-            Happened::Refused(error) if !*refused => {
-                *refused = true;
-                log::warn!("the controller refuses the {line} connection: {error:#}");
+            Happened::Refused(error) if !*was_refused => {
+                *was_refused = true;
+                log::warn!("{}", refused(seen.line, error));
             }
             Happened::NotUnderstood { side, why } => {
                 log::warn!("{}", not_understood(seen.line, *side, why));
@@ -363,9 +362,11 @@ impl Notes {
                 log::warn!("{}, and perhaps more", forgotten(them.forgotten));
             }
             Happened::Missed => log::warn!("{}", missed(seen.line)),
-            Happened::Halted { gone, error } => log::warn!("{}", halted(*gone, error.as_ref())),
-            Happened::Offline(Farewell::Unanswered) => log::warn!("{FAREWELL_UNANSWERED}"),
-            Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
+            Happened::Halted { gone, error: None } => log::warn!("{}", halted(*gone, None)),
+            // Motors may go on: no warning takes the room of these.
+            Happened::Halted { gone, error } => log::error!("{}", halted(*gone, error.as_ref())),
+            Happened::Offline(Farewell::Unanswered) => log::error!("{FAREWELL_UNANSWERED}"),
+            Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *was_refused = false,
             Happened::Refused(_)
             | Happened::Connected(_)
             | Happened::Closed
