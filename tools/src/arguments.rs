@@ -5,10 +5,28 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{anyhow, Context};
+use ft_transfer_area::controller_address;
 use ft_transfer_area_simulator::world::{Factory, World};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::check;
+
+/// How long to look for the only controller.
+const SEARCH: Duration = Duration::from_millis(1500);
+
+/// Whether the only controller is meant that answers, whichever that is.
+pub(crate) fn is_auto(host: &str) -> bool {
+    host.split(':').next().is_some_and(|name| name.eq_ignore_ascii_case("auto"))
+}
+
+/// A host as it is written, or in place of `auto` the address of the only controller that answers now: later it may be
+/// another one, which nobody means.
+pub(crate) fn found(host: &str) -> anyhow::Result<String> {
+    if is_auto(host) {
+        return Ok(controller_address(host, SEARCH)?.to_string());
+    }
+    Ok(host.to_owned())
+}
 
 /// The world with this name, or in this file if it is a path or has an extension.
 pub(crate) fn world(given: impl AsRef<OsStr>) -> anyhow::Result<World> {

@@ -3,6 +3,7 @@
 //! A terminal that is paused (Ctrl-S), and a pipe that nobody reads, block whoever writes to them. Here this is only
 //! that thread: everybody else leaves a line and goes on. What there is no room for is counted.
 
+use std::collections::HashSet;
 use std::io::{self, Write};
 use std::panic;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -120,13 +121,30 @@ impl Rarely {
     }
 }
 
+/// How many bytes of messages of the logger are printed in a minute, of errors as many more. What causes them may come
+/// again and again, and each time with another number in its message.
+const ROOM_A_MINUTE: usize = 16 << 10;
+
 /// Where the logger writes to.
-#[derive(Default)]
-pub(crate) struct Log(Repeated);
+pub(crate) struct Log {
+    errors: Repeated,
+    others: Repeated,
+}
+
+impl Log {
+    /// The same message is printed once a minute, and there is a limit for all of them. `all` is for who has asked for
+    /// more than warnings: then a message is only left out where it follows itself.
+    pub(crate) fn new(all: bool) -> Self {
+        let room = (!all).then_some(ROOM_A_MINUTE);
+        Self { errors: Repeated::with_room(room), others: Repeated::with_room(room) }
+    }
+}
 
 impl Write for Log {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if let Some(text) = self.0.printed_now(&String::from_utf8_lossy(bytes), Instant::now()) {
+        let of_kind =
+            if bytes.starts_with(b"[ERROR") { &mut self.errors } else { &mut self.others };
+        if let Some(text) = of_kind.printed_now(&String::from_utf8_lossy(bytes), Instant::now()) {
             print(&text);
         }
         Ok(bytes.len())
@@ -137,29 +155,62 @@ impl Write for Log {
     }
 }
 
-/// The last message. The same one again and again, as of a program that connects in a loop, is printed once a minute.
-#[derive(Default)]
+/// The messages of the last minute.
 struct Repeated {
-    message: String,
-    printed: Option<Instant>,
-    /// How often it came since then.
-    more: u64,
+    /// `None` without a limit. Then only the last message is known.
+    room: Option<usize>,
+    messages: HashSet<String>,
+    bytes: usize,
+    /// When the minute has begun.
+    since: Option<Instant>,
+    /// How often they came again since then.
+    again: u64,
+    /// How many others came without room for them.
+    left_out: u64,
 }
 
 impl Repeated {
+    fn with_room(room: Option<usize>) -> Self {
+        let messages = HashSet::new();
+        Self { room, messages, bytes: 0, since: None, again: 0, left_out: 0 }
+    }
+
     /// What is printed for this message now.
     fn printed_now(&mut self, message: &str, now: Instant) -> Option<String> {
-        let is_new = |last| now.saturating_duration_since(last) >= MINUTE;
-        if self.message == message && !self.printed.is_none_or(is_new) {
-            self.more += 1;
-            return None;
+        let is_over = |since| now.saturating_duration_since(since) >= MINUTE;
+        let is_other = self.room.is_none() && !self.messages.contains(message);
+        let mut text = String::new();
+        if is_other || self.since.is_none_or(is_over) {
+            text = self.begin(now);
         }
-        let more = match self.more {
-            0 => String::new(),
-            more => format!("the last message came {more} times more\n"),
+        if self.messages.contains(message) {
+            self.again += 1;
+        } else if self.room.is_none_or(|room| self.bytes + message.len() <= room) {
+            self.bytes += message.len();
+            self.messages.insert(message.to_owned());
+            text += message;
+        } else {
+            if self.left_out == 0 {
+                text +=
+                    "too many different messages: further ones of this minute are only counted\n";
+            }
+            self.left_out += 1;
+        }
+        (!text.is_empty()).then_some(text)
+    }
+
+    /// Begins another minute; says what was not printed in the last one.
+    fn begin(&mut self, now: Instant) -> String {
+        let mut text = match (self.again, self.messages.len()) {
+            (0, _) => String::new(),
+            (again, 1) => format!("the last message came {again} times more\n"),
+            (again, _) => format!("messages of the last minute came {again} times more\n"),
         };
-        *self = Self { message: message.to_owned(), printed: Some(now), more: 0 };
-        Some(more + message)
+        if self.left_out > 0 {
+            text += &format!("{} further messages were left out\n", self.left_out);
+        }
+        *self = Self { since: Some(now), ..Self::with_room(self.room) };
+        text
     }
 }
 
@@ -169,15 +220,33 @@ mod tests {
 
     #[test]
     fn a_message_that_is_repeated_is_printed_once_a_minute_with_how_often_it_came() {
-        let (mut repeated, begin) = (Repeated::default(), Instant::now());
-        let mut printed =
-            |seconds, message| repeated.printed_now(message, begin + Duration::from_secs(seconds));
-        assert_eq!(printed(0, "a"), Some("a".to_owned()));
-        assert_eq!((printed(1, "a"), printed(59, "a")), (None, None));
+        let begin = Instant::now();
         let again = "the last message came 2 times more\na".to_owned();
-        assert_eq!(printed(60, "a"), Some(again));
-        assert_eq!(printed(61, "b"), Some("b".to_owned()));
-        assert_eq!(printed(62, "a"), Some("a".to_owned()));
+        for (room, last) in [(Some(9), None), (None, Some("a".to_owned()))] {
+            let mut repeated = Repeated::with_room(room);
+            let mut printed = |seconds, message| {
+                repeated.printed_now(message, begin + Duration::from_secs(seconds))
+            };
+            assert_eq!(printed(0, "a"), Some("a".to_owned()));
+            assert_eq!((printed(1, "a"), printed(59, "a")), (None, None));
+            assert_eq!(printed(60, "a").as_ref(), Some(&again));
+            assert_eq!(printed(61, "b"), Some("b".to_owned()));
+            assert_eq!(printed(62, "a"), last, "{room:?}");
+        }
+    }
+
+    #[test]
+    fn messages_that_always_differ_take_no_more_than_their_room_a_minute() {
+        let (mut repeated, begin) = (Repeated::with_room(Some(1000)), Instant::now());
+        let mut printed = |minute: u64, message: &str| {
+            repeated.printed_now(message, begin + MINUTE * u32::try_from(minute).unwrap())
+        };
+        let texts = (0..10_000).filter_map(|number| printed(0, &format!("message {number}\n")));
+        let bytes: usize = texts.map(|text| text.len()).sum();
+        assert!((900..1100).contains(&bytes), "{bytes}");
+        let next = printed(1, "b").unwrap();
+        assert!(next.contains(" further messages were left out\nb"), "{next}");
+        assert_eq!(printed(2, "b"), Some("b".to_owned()));
     }
 
     #[test]

@@ -84,8 +84,9 @@ const LOG: &str =
     "warn,ft_transfer_area::handler=off,ft_transfer_area::camera=off,ft_transfer_area_recorder=off";
 
 fn main() -> ExitCode {
+    let asked = std::env::var_os(env_logger::DEFAULT_FILTER_ENV).is_some();
     let mut logger = env_logger::Builder::from_env(Env::default().default_filter_or(LOG));
-    logger.target(Target::Pipe(Box::new(lines::Log::default()))).init();
+    logger.target(Target::Pipe(Box::new(lines::Log::new(asked)))).init();
     interrupt::outlive_full_files();
     if std::env::args_os().len() == 1 {
         // Who asks for nothing has made no mistake. Where the text can't go, there is nobody to tell.

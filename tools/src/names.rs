@@ -169,7 +169,7 @@ fn entry(area: usize, terminal: &str, name: &DeValue<'_>) -> Result<(String, Str
         return Err(format!("{terminal}: a name has at most {NAME_MAX} characters"));
     }
     if print::clean(name) != name {
-        return Err(format!("{terminal}: a name is one line, without characters that nobody sees"));
+        return Err(format!("{terminal}: a name is one line, without control characters"));
     }
     Ok((terminal.to_owned(), name.to_owned()))
 }

@@ -263,6 +263,11 @@ pub(crate) fn no_answer(command: CommandId, waited: Duration) -> String {
     format!("no answer to {command} for {:.1} s", waited.as_secs_f64())
 }
 
+/// A connection that the controller does not accept as a sentence for people.
+pub(crate) fn refused(line: Line, error: &io::Error) -> String {
+    format!("the controller refuses the {} connection: {error:#}", line.name())
+}
+
 /// What is not understood as a sentence for people.
 pub(crate) fn not_understood(line: Line, side: Side, why: &str) -> String {
     let what = match line {

@@ -4,11 +4,11 @@ use std::io::{self, ErrorKind, Read};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{anyhow, Context};
+use anyhow::{anyhow, ensure, Context};
 use ft_transfer_area::transfer_area::MAX_AREAS;
 use ft_transfer_area::TransferAreaComHandler;
 
-use crate::{interrupt, lines, print};
+use crate::{arguments, interrupt, lines, print};
 
 /// For how long a guardian tries to stop a controller that does not answer, and the pause between two attempts.
 const TRIES: Duration = Duration::from_secs(10);
@@ -39,6 +39,10 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     if args.guard {
+        ensure!(
+            !args.hosts.iter().any(|host| arguments::is_auto(host)),
+            "--guard needs the address of its controller: the only one that answers may be another one by then"
+        );
         interrupt::outlive_requests()?;
         if !is_left()? {
             return Ok(());

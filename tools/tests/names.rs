@@ -33,7 +33,7 @@ fn tables_and_pictures_have_the_names_beside_the_terminals() {
     let table = run(&["csv", path, "I2", "C2", "E1.I2", "--names", &names]);
     let table = String::from_utf8(table.stdout).unwrap();
     let head = table.lines().next().unwrap();
-    let named = "time,cycle,\"I2 (barrier, at the gate)\",C2,\"E1.I2 (button of the operator, at the door)\",utc";
+    let named = "time,cycle,\"I2 (barrier, at the gate)\",C2,\"E1.I2 (button of the operator, at the door)\",local_time";
     assert_eq!(head, named);
 
     let both = folder.path().join("both.svg");

@@ -148,6 +148,29 @@ fn a_part_of_the_time_has_only_its_values() {
 }
 
 #[test]
+fn unusual_moments_are_listed_drawn_and_told() {
+    let (_folder, path) = recording();
+    let info = Command::new(env!("CARGO_BIN_EXE_txt")).arg("info").arg(&path).output().unwrap();
+    let info = text(&info.stdout);
+    assert!(info.lines().any(|line| line.starts_with("unusual      1 gap")), "{info}");
+    let gap = info.lines().find(|line| line.contains("the connection was lost: ")).unwrap();
+    assert!(gap.contains("; it was back after "), "{gap}");
+    let number = gap.split_whitespace().next().unwrap();
+    let output = plot(&path, &["C1", "--unusual", number]);
+    assert!(output.status.success(), "{output:?}");
+    let said = text(&output.stderr);
+    assert!(said.contains(&format!("unusual {number}: ")), "{said}");
+    let svg = fs::read_to_string(text(&output.stdout).trim_end()).unwrap();
+    assert!(svg.lines().any(|line| line.starts_with("<polyline") && line.contains("#BF8700")));
+    assert!(svg.lines().any(|line| line.trim() == number), "its number is in the picture");
+    let before = plot(&path, &["C1", "--to", "0.5"]);
+    assert!(!text(&before.stderr).contains("the connection was lost"), "{before:?}");
+    let missing = plot(&path, &["C1", "--unusual", "1000"]);
+    assert_eq!(missing.status.code(), Some(1));
+    assert!(text(&missing.stderr).starts_with("txt info lists unusual moments"), "{missing:?}");
+}
+
+#[test]
 fn a_recording_that_is_cut_off_is_drawn_up_to_there() {
     let (folder, path) = recording();
     let bytes = fs::read(&path).unwrap();

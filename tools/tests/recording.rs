@@ -54,13 +54,63 @@ fn a_recording_by_the_program_has_a_table_and_is_not_replaced() {
     let table = run(&["csv", &path, "I4", "C1"]);
     let table = String::from_utf8(table.stdout).unwrap();
     let mut lines = table.lines();
-    assert_eq!(lines.next(), Some("time,cycle,I4,C1,utc"));
+    assert_eq!(lines.next(), Some("time,cycle,I4,C1,local_time"));
     assert_eq!(lines.clone().count() as u64, info["cycles"].as_u64().unwrap());
     // The slide is half way between 5 and 25 cm.
     assert!(lines.clone().all(|line| line.contains(",15,0,")), "{table}");
-    // The time of day, to the millisecond.
-    let is_time = |line: &str| line.rsplit_once(',').is_some_and(|(_, utc)| utc.len() == 23);
+    // The time of day, to the millisecond and with its offset.
+    let is_time = |line: &str| line.rsplit_once(',').is_some_and(|(_, time)| time.len() == 29);
     assert!(lines.all(is_time), "{table}");
+}
+
+#[cfg_attr(not(unix), ignore = "a time zone is chosen by TZ there")]
+#[test]
+fn a_part_is_given_by_the_time_of_day() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    record(&path, None, 1);
+    let run = |zone: &str, args: &[&str]| txt(args).env("TZ", zone).output().unwrap();
+    let info = run("XYZ-5", &["info", &path, "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    let started = info["started_at"].as_str().unwrap();
+    assert!(started.ends_with("+05:00"), "{started}");
+    let begin = &started["2025-01-01 ".len()..started.len() - "+05:00".len()];
+    let [whole, from] = [&[][..], &["--from", begin, "--to", "3600"]]
+        .map(|part| run("XYZ-5", &[&["csv", &path, "I1"], part].concat()));
+    assert!(from.status.success(), "{}", said(&from));
+    assert_eq!((from.stdout, whole.stdout.len() > 1000), (whole.stdout, true));
+    let picture = in_folder(&folder, "run.svg");
+    let plot = run("XYZ-5", &["plot", &path, "M1", "--around", begin, "-o", &picture]);
+    assert!(plot.status.success(), "{}", said(&plot));
+    let picture = fs::read_to_string(picture).unwrap();
+    assert!(picture.lines().any(|line| line.starts_with(begin)), "{begin} in {picture}");
+    // An hour before, where it is an hour earlier.
+    for command in ["csv", "plot", "replay"] {
+        let other = run("XYZ-4", &[command, &path, "--from", begin]);
+        assert_eq!(other.status.code(), Some(1), "{}", said(&other));
+        let sentence = format!("{begin} is not in the recording, which lasts from ");
+        assert!(said(&other).starts_with(&sentence), "{}", said(&other));
+    }
+}
+
+#[test]
+fn a_recording_in_parts_has_files_that_can_be_read_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let args = ["record", "--simulate", "slide", "--seconds", "2.5", "--parts", "1s", "-o", &path];
+    let recorded = run(&args);
+    assert!(recorded.status.success(), "{}", said(&recorded));
+    let mut files = names(&folder);
+    files.sort();
+    assert!(files.len() >= 2 && files[0] == "run-0001.mcap", "{files:?}");
+    let newest = in_folder(&folder, files.last().unwrap());
+    assert!(said(&recorded).contains(&format!(" to {newest}: ")), "{}", said(&recorded));
+    let info = run(&["info", &newest, "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    assert_eq!((&info["device_name"], &info["transfers"]), (&"TX2013".into(), &1.into()));
+    assert_eq!(info["unusual_counts"].get("gap"), None);
+    let both = run(&["record", "--simulate", "--parts", "1s", "--force", "-o", &path]);
+    assert_eq!(both.status.code(), Some(2), "{}", said(&both));
 }
 
 /// The names of what is in a folder.
@@ -190,7 +240,7 @@ fn another_controller_after_a_gap_is_named() {
 
     let info = said(&run(&["info", &path]));
     assert!(info.starts_with("controller   FIRST at "), "{info}");
-    assert!(info.contains(" s on SECOND, firmware 4.2.4\n"), "{info}");
+    assert!(info.contains(" s) on SECOND, firmware 4.2.4\n"), "{info}");
     let json = run(&["info", &path, "--json"]);
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     assert_eq!(json["device_name"], "FIRST");

@@ -154,6 +154,40 @@ fn a_program_that_does_something_else_is_told_where() {
 }
 
 #[test]
+fn a_part_of_a_recording_is_replayed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    record(&path, None, 1);
+    let cycles: Vec<_> = Recording::open(&path)
+        .unwrap()
+        .map(Result::unwrap)
+        .filter_map(|entry| match entry.what {
+            Recorded::Cycle(cycle) => Some((entry.at, cycle.areas[LOCAL_IO].input.counter[0])),
+            _ => None,
+        })
+        .collect();
+    let before = |cycle: usize| ((cycles[cycle - 1].0 + cycles[cycle].0) / 2).as_secs_f64();
+    let [from, to] = [before(100), before(104)].map(|at| at.to_string());
+    let replay = Replay::start(&path, &["--fast", "--once", "--from", &from, "--to", &to]);
+    let mut client =
+        TxtClient::connect(format!("127.0.0.1:{}", replay.port), TimeLimits::default()).unwrap();
+    let version = client.query_status().unwrap().version;
+    client.start_online().unwrap();
+    let mut exchange = Exchange::new(TransferMode::Compressed, version);
+    let mut areas = [FishX1Transfer::default()];
+    areas[LOCAL_IO].output.duty[0] = DUTY_MAX;
+    let counts = [100, 101, 102, 103, 103].map(|cycle: usize| {
+        client.do_transfer(&mut exchange, &mut areas).unwrap();
+        (areas[LOCAL_IO].input.counter[0], cycles[cycle].1)
+    });
+    assert!(counts.iter().all(|(is, was)| is == was), "{counts:?}");
+    assert!(counts[0].0 > 10, "the slide moves since a second");
+    drop(client);
+    let (well, said) = replay.end();
+    assert!(well, "{said}");
+}
+
+#[test]
 fn a_program_that_leaves_sooner_or_later_is_told_so() {
     let folder = tempfile::tempdir().unwrap();
     let path = in_folder(&folder, "run.mcap");

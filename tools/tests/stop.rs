@@ -38,6 +38,15 @@ fn a_controller_that_is_not_there_is_an_error() {
     assert!(output.stdout.is_empty(), "{}", said(&output));
 }
 
+#[test]
+fn a_guardian_needs_the_address_of_its_controller() {
+    for hosts in [&["127.0.0.1:1", "AUTO:1"][..], &[]] {
+        let output = run(&[&["stop", "--guard"], hosts].concat());
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        assert!(said(&output).contains("needs the address"), "{}", said(&output));
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_guardian_ends_when_nobody_reads_what_it_says() {

@@ -198,9 +198,9 @@ impl MotorCommand {
     /// counted.
     pub(super) fn go_on(&mut self, stop: u16, echo: u16, counter: i16) {
         let last = self.id.wire;
-        let is_done = !self.id.pending || echo == last || echo == stop;
-        // Otherwise the outputs went off before it was sent.
+        // Otherwise the outputs went off before it was sent, and the stop has its id.
         let has_begun = last == stop.wrapping_sub(1);
+        let is_done = !self.id.pending || has_begun && (echo == last || echo == stop);
         if is_done && self.distance != 0 {
             self.after_pause = AfterPause::Still;
         } else if !is_done && has_begun {

@@ -85,6 +85,13 @@ fn what_is_left_of_a_distance_is_a_new_command_after_a_pause() {
 #[test]
 fn a_command_that_was_not_sent_before_a_pause_is_sent_whole() {
     assert_eq!(cut_off(100, 1, 0, 30).send(1, 0, 100), (Some(2), 100));
+    // The controller has done the stop, which has the id that the command would have had.
+    assert_eq!(cut_off(100, 1, 1, 0).send(1, 0, 100), (Some(2), 100));
+    // The rest of one that was cut off was not sent before the next pause.
+    let mut motor = cut_off(100, 2, 0, 30);
+    motor.go_on(3, 3, 30);
+    assert!(!motor.is_still());
+    assert_eq!(motor.send(1, 0, 100), (Some(4), 70));
 }
 
 #[test]

@@ -2,13 +2,18 @@
 
 use std::ffi::OsStr;
 use std::path::Path;
+use std::time::Duration;
 
+use ft_transfer_area::controller_address;
 use ft_transfer_area_simulator::world::{Factory, World};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::options::Options;
 use crate::show::Shown;
 use crate::Sentence;
+
+/// How long to look for the only controller.
+const SEARCH: Duration = Duration::from_millis(1500);
 
 /// Where the program runs.
 pub(crate) enum Target {
@@ -27,7 +32,7 @@ pub(crate) enum Target {
 impl Target {
     pub(crate) fn new(options: &Options) -> Result<Self, Sentence> {
         if let Some(host) = &options.host {
-            return Ok(Self::Host(host.clone()));
+            return Ok(Self::Host(found(host)?));
         }
         let name = options.world.as_deref().unwrap_or(OsStr::new("default"));
         if options.show {
@@ -54,7 +59,6 @@ impl Target {
     /// For people.
     pub(crate) fn describe(&self) -> String {
         match self {
-            Self::Host(host) if host == "auto" => "the only TXT that is found".into(),
             Self::Host(host) => format!("the TXT at {host}"),
             Self::Simulated { txt, world } => {
                 format!("a simulated TXT at {} with the world {world}", txt.address())
@@ -64,6 +68,16 @@ impl Target {
             }
         }
     }
+}
+
+/// A host as it is written, or in place of `auto` the address of the only controller that answers now. When the program is
+/// killed, another one may answer, or several.
+fn found(host: &str) -> Result<String, Sentence> {
+    let name = host.split(':').next().unwrap_or_default();
+    if !name.eq_ignore_ascii_case("auto") {
+        return Ok(host.to_owned());
+    }
+    Ok(controller_address(host, SEARCH)?.to_string())
 }
 
 /// What to do with a world for several programs.

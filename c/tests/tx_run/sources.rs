@@ -76,6 +76,22 @@ fn a_program_with_main_gets_its_arguments_and_the_host() {
     assert!(ended.err.contains("with the world slide"), "{}", ended.err);
 }
 
+/// When the program is killed, `tx_run` stops the same controller, also if there are others by then.
+#[test]
+fn a_program_on_the_only_controller_gets_its_address() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = ft_transfer_area_simulator::SimulatedTxt::builder().start().unwrap();
+    let source = "#include <stdio.h>\n#include <stdlib.h>\n\
+                  int main(void) { puts(getenv(\"FT_TXT_HOST\")); return 0; }\n";
+    let auto = format!("Auto:{}", txt.address().port());
+    let ended = run(&[("a.c", source)], &["a.c", "--host", &auto]);
+    ended.well();
+    assert_eq!(ended.out, format!("{}\n", txt.address()));
+    assert!(ended.err.contains(&format!("on the TXT at {}", txt.address())), "{}", ended.err);
+}
+
 /// Runs a program with a `main` that turns M1 until I1 is pressed.
 fn drives(name: &str, source: &str) {
     if !has_compiler() {

@@ -155,17 +155,29 @@ pub struct RecordedEvent {
     pub cycle: u64,
 }
 
-#[derive(Debug, Serialize)]
-pub(crate) struct StatisticsMessage {
-    pub(crate) cycles: u64,
-    pub(crate) late_reactions: u64,
-    pub(crate) gaps: u64,
-    pub(crate) config_updates: u64,
-    pub(crate) shortest_cycle_ms: f64,
-    pub(crate) longest_cycle_ms: f64,
-    pub(crate) lost_entries: u64,
-    pub(crate) lost_events: u64,
-    pub(crate) lost_frames: u64,
+/// What was counted until then, once a second.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct RecordedStatistics {
+    /// Responses of this transfer.
+    pub cycles: u64,
+    /// Reactions of the program whose outputs went out a request later, or more.
+    pub late_reactions: u64,
+    /// How often the connection was lost and re-established.
+    pub gaps: u64,
+    /// Configurations that were sent.
+    pub config_updates: u64,
+    /// The shortest time from one response to the next.
+    pub shortest_cycle_ms: f64,
+    /// The longest one.
+    pub longest_cycle_ms: f64,
+    /// Entries of this recording that were lost because the disk was too slow.
+    pub lost_entries: u64,
+    /// Events that were lost.
+    pub lost_events: u64,
+    /// Pictures that were lost.
+    pub lost_frames: u64,
 }
 
 #[derive(Debug, Deserialize, Serialize)]

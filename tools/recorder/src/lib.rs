@@ -7,6 +7,7 @@
 //! |---|---|
 //! | record what a program does | [`Recorder`] |
 //! | record what another program does | [`Recorder::fed`] |
+//! | record for days, into several files | [`Parts`] |
 //! | read a recording | [`Recording`] |
 //! | make tables and plots of it | [`Column`] |
 //! | compare two of them | [`Cycle::values`] |
@@ -18,18 +19,21 @@ mod feed;
 mod format;
 mod output;
 mod part;
+mod parts;
 mod reader;
 mod recorder;
 mod records;
 mod source;
+mod target;
 mod writer;
 
 pub use column::Column;
 pub use damage::Damage;
 pub use error::Error;
 pub use feed::Feed;
-pub use format::{Failure, FailureKind, RecordedEvent, Transfer};
+pub use format::{Failure, FailureKind, RecordedEvent, RecordedStatistics, Transfer};
 pub use part::value_names;
+pub use parts::Parts;
 pub use reader::{Cycle, Entry, Recorded, Recording};
 pub use recorder::{FrameSink, Options, Recorder, Totals};
 

@@ -17,12 +17,18 @@ struct Shared {
     file: RefCell<BufWriter<File>>,
     /// Whether what is written is left out.
     is_muted: Cell<bool>,
+    written: Cell<u64>,
 }
 
 impl Output {
     pub(crate) fn new(file: File) -> Self {
         let file = RefCell::new(BufWriter::new(file));
-        Self(Rc::new(Shared { file, is_muted: Cell::new(false) }))
+        Self(Rc::new(Shared { file, is_muted: Cell::new(false), written: Cell::new(0) }))
+    }
+
+    /// How many bytes were written.
+    pub(crate) fn written(&self) -> u64 {
+        self.0.written.get()
     }
 
     /// Leaves out what is written meanwhile: the head that a writer begins with.
@@ -39,7 +45,9 @@ impl Write for Output {
         if self.0.is_muted.get() {
             return Ok(bytes.len());
         }
-        self.0.file.borrow_mut().write(bytes)
+        let written = self.0.file.borrow_mut().write(bytes)?;
+        self.0.written.set(self.0.written.get() + written as u64);
+        Ok(written)
     }
 
     fn flush(&mut self) -> io::Result<()> {

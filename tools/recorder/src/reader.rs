@@ -15,8 +15,8 @@ use serde::de::DeserializeOwned;
 use crate::damage::Damage;
 use crate::error::Error;
 use crate::format::{
-    topic, CycleMessage, ImageMessage, RecordedEvent, Transfer, CAMERA, CYCLE, EVENTS, FORMAT,
-    HEAD, HEAD_FORMAT, HEAD_STARTED, PROFILE, TRANSFER,
+    topic, CycleMessage, ImageMessage, RecordedEvent, RecordedStatistics, Transfer, CAMERA, CYCLE,
+    EVENTS, FORMAT, HEAD, HEAD_FORMAT, HEAD_STARTED, PROFILE, STATISTICS, TRANSFER,
 };
 use crate::part::{self, parts, Part};
 use crate::records::{self, Found, Records};
@@ -79,6 +79,8 @@ pub enum Recorded {
     Transfer(Transfer),
     /// An event.
     Event(RecordedEvent),
+    /// What was counted, once a second.
+    Statistics(RecordedStatistics),
     /// A picture of the camera: JPEG.
     Picture(Vec<u8>),
     /// What comes next is damaged and left out. The time is that of the entry before.
@@ -118,6 +120,7 @@ enum Channel {
     Cycle,
     Transfer,
     Events,
+    Statistics,
     Camera,
     /// For people, or of a newer version.
     Other,
@@ -276,6 +279,7 @@ impl Recording {
             CYCLE => Channel::Cycle,
             TRANSFER => Channel::Transfer,
             EVENTS => Channel::Events,
+            STATISTICS => Channel::Statistics,
             CAMERA => Channel::Camera,
             _ => {
                 let all = (0..MAX_AREAS)
@@ -299,6 +303,7 @@ impl Recording {
             Channel::Cycle => Some(Recorded::Cycle(self.as_cycle(&parse(data)?))),
             Channel::Transfer => Some(Recorded::Transfer(parse(data)?)),
             Channel::Events => Some(Recorded::Event(parse(data)?)),
+            Channel::Statistics => Some(Recorded::Statistics(parse(data)?)),
             Channel::Camera => {
                 let image: ImageMessage = parse(data)?;
                 let jpeg = BASE64_STANDARD.decode(image.data).map_err(|error| error.to_string())?;

@@ -16,7 +16,9 @@ use mcap::{McapError, McapResult};
 
 use crate::error::Error;
 use crate::feed::{Fed, FedEntry, Feed};
-use crate::writer::{Losses, Writer};
+use crate::parts::Parts;
+use crate::target::Target;
+use crate::writer::Losses;
 
 /// How often the recorder looks for new entries.
 const LOOK: Duration = Duration::from_millis(10);
@@ -39,11 +41,13 @@ pub struct Options {
     /// How many cycles wait for a slow disk before the next ones are lost; the default 500 is about five seconds,
     /// and takes 5 MB. Fewer than 10 may lose cycles on a fast disk, too.
     pub capacity: usize,
+    /// Into several files; `None`, the default, for one.
+    pub parts: Option<Parts>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { capacity: 500 }
+        Self { capacity: 500, parts: None }
     }
 }
 
@@ -52,6 +56,12 @@ impl Options {
     #[must_use]
     pub fn capacity(self, capacity: usize) -> Self {
         Self { capacity, ..self }
+    }
+
+    /// Into several files.
+    #[must_use]
+    pub fn parts(self, parts: Parts) -> Self {
+        Self { parts: Some(parts), ..self }
     }
 }
 
@@ -101,6 +111,7 @@ pub struct Totals {
 #[derive(Debug)]
 pub struct Recorder {
     path: PathBuf,
+    is_in_parts: bool,
     state: Arc<State>,
     /// What to end when the program leaves without `finish`.
     transfer: Option<TransferAreas>,
@@ -122,7 +133,7 @@ pub struct FrameSink {
 /// What the recorder's thread and the program share.
 #[derive(Debug, Default)]
 struct State {
-    /// The file, for the log.
+    /// The file, of several the newest.
     path: Mutex<PathBuf>,
     recorded: Mutex<Totals>,
     lost_frames: AtomicU64,
@@ -132,6 +143,14 @@ struct State {
 }
 
 impl State {
+    fn path(&self) -> PathBuf {
+        self.path.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn set_path(&self, path: &Path) {
+        path.clone_into(&mut self.path.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+
     fn recorded(&self) -> Totals {
         let recorded = *self.recorded.lock().unwrap_or_else(PoisonError::into_inner);
         Totals { lost_frames: self.lost_frames.load(Ordering::Relaxed), ..recorded }
@@ -175,7 +194,8 @@ impl Recorder {
         let capacity = (4 * options.capacity).min(Events::MAX_CAPACITY);
         let events =
             handler.areas().events(&kinds.collect::<Vec<_>>(), capacity).map_err(refused)?;
-        let mut recorder = Self::record(path, Source::Handler { log, events }, DISK_LIMIT)?;
+        let source = Source::Handler { log, events };
+        let mut recorder = Self::record(path, options.parts, source, DISK_LIMIT)?;
         recorder.transfer = Some(handler.areas().clone());
         Ok(recorder)
     }
@@ -195,11 +215,17 @@ impl Recorder {
         }
         let (feed, entries, lost) = Feed::channel(options.capacity);
         let source = Source::Feed { entries, lost };
-        let recorder = Self::record(path.as_ref().to_owned(), source, DISK_LIMIT)?;
+        let path = path.as_ref().to_owned();
+        let recorder = Self::record(path, options.parts, source, DISK_LIMIT)?;
         Ok((recorder, feed))
     }
 
-    fn record(path: PathBuf, source: Source, limit: Duration) -> Result<Self, Error> {
+    fn record(
+        path: PathBuf,
+        parts: Option<Parts>,
+        source: Source,
+        limit: Duration,
+    ) -> Result<Self, Error> {
         let (sender, frames) = bounded(FRAMES);
         let (stop, stopped) = bounded(0);
         let state = Arc::new(State { path: Mutex::new(path.clone()), ..State::default() });
@@ -222,11 +248,11 @@ impl Recorder {
                 let _end: Sender<()> = end;
                 block_size_signal();
                 // Both fail when nobody waits for it any more.
-                match Writer::create(&path) {
-                    Ok(writer) => {
-                        let _ = begin.send(Ok(()));
+                match Target::create(path, parts) {
+                    Ok(target) => {
+                        let _ = begin.send(Ok(target.newest().to_owned()));
                         if let Ok(worker) = handed.recv() {
-                            Worker::run(worker, writer);
+                            Worker::run(worker, target);
                         }
                     }
                     Err(error) => drop(begin.send(Err(error))),
@@ -237,24 +263,31 @@ impl Recorder {
             .name("recorder".to_owned())
             .spawn(work)
             .map_err(not_started)?;
-        let cause = match begun.recv_timeout(limit) {
-            // A file that takes nothing keeps its thread, but not what is to be recorded.
-            Ok(Ok(())) => hand.send(worker).is_err().then(panicked),
-            Ok(Err(error)) => Some(cause(error)),
-            Err(RecvTimeoutError::Timeout) => Some(stands_still("beginning", limit)),
-            Err(RecvTimeoutError::Disconnected) => Some(panicked()),
+        let begun = match begun.recv_timeout(limit) {
+            Ok(begun) => begun.map_err(cause),
+            Err(RecvTimeoutError::Timeout) => Err(stands_still("beginning", limit)),
+            Err(RecvTimeoutError::Disconnected) => Err(panicked()),
         };
-        if let Some(cause) = cause {
-            return Err(Error::Write { path, cause, cycles: 0 });
-        }
+        // A file that takes nothing keeps its thread, but not what is to be recorded.
+        let begun = begun.and_then(|file| {
+            state.set_path(&file);
+            hand.send(worker).map(|()| file).map_err(|_| panicked())
+        });
+        let path = begun.map_err(|cause| Error::Write { path, cause, cycles: 0 })?;
         let (stop, thread) = (Some(stop), Some(thread));
         let frames = FrameSink { sender, state: Arc::clone(&state) };
-        Ok(Self { path, state, transfer: None, stop, ended, thread, frames })
+        let is_in_parts = parts.is_some();
+        Ok(Self { path, is_in_parts, state, transfer: None, stop, ended, thread, frames })
     }
 
-    /// The file.
+    /// The file; of a recording in parts the first one.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// The file that is being written; of a recording in parts the newest one.
+    pub fn newest(&self) -> PathBuf {
+        self.state.path()
     }
 
     /// Gives the file another name while it is recorded, in place of a file that has this name already: so a program
@@ -263,12 +296,17 @@ impl Recorder {
     ///
     /// # Errors
     ///
-    /// The operating system refuses it. The recording goes on under the name that it had.
+    /// The operating system refuses it, or it is a recording in parts. The recording goes on under the name that it
+    /// had.
     pub fn rename(&mut self, path: impl AsRef<Path>) -> Result<(), Error> {
         let path = path.as_ref().to_owned();
+        if self.is_in_parts {
+            let cause = io::Error::new(io::ErrorKind::InvalidInput, "parts keep their names");
+            return Err(Error::Write { path, cause: cause.into(), cycles: 0 });
+        }
         match std::fs::rename(&self.path, &path) {
             Ok(()) => {
-                *self.state.path.lock().unwrap_or_else(PoisonError::into_inner) = path.clone();
+                self.state.set_path(&path);
                 self.path = path;
                 Ok(())
             }
@@ -289,7 +327,7 @@ impl Recorder {
     /// Why nothing more is recorded, as on a full disk; `None` while all is well.
     pub fn error(&self) -> Option<Error> {
         let cause = self.state.failure()?;
-        Some(Error::Write { path: self.path.clone(), cause, cycles: self.state.recorded().cycles })
+        Some(Error::Write { path: self.newest(), cause, cycles: self.state.recorded().cycles })
     }
 
     /// Writes what has come in so far, ends the file, and says what is in it. A transfer goes on. Blocks until this
@@ -390,11 +428,11 @@ struct Worker {
 }
 
 impl Worker {
-    fn run(mut self, mut writer: Writer) {
-        let done = self.record_until_stopped(&mut writer).and_then(|()| writer.finish());
+    fn run(mut self, mut file: Target) {
+        let done = self.record_until_stopped(&mut file).and_then(|()| file.writer.finish());
         if let Err(error) = done {
             let cause = cause(error);
-            let path = self.state.path.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            let path = self.state.path();
             log::error!("nothing more is recorded into {}: {cause}", path.display());
             *self.state.failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(cause);
         }
@@ -403,47 +441,49 @@ impl Worker {
     /// Records until the recorder or the handler ends, then what has come in until then.
     ///
     /// It looks from time to time and waits for no entry: waking it would cost the transfer more than the entry.
-    fn record_until_stopped(&mut self, writer: &mut Writer) -> McapResult<()> {
+    fn record_until_stopped(&mut self, file: &mut Target) -> McapResult<()> {
         loop {
             let stopped = self.stopped.recv_timeout(LOOK) != Err(RecvTimeoutError::Timeout);
-            let goes_on = self.take_all(writer)?;
+            let goes_on = self.take_all(file)?;
             if stopped || !goes_on {
                 return Ok(());
             }
             if self.flushed.elapsed() >= FLUSH {
-                writer.flush()?;
+                file.writer.flush()?;
+                file.delete_oldest();
                 self.flushed = Instant::now();
             }
         }
     }
 
     /// Records what has come in until now; returns whether more may come.
-    fn take_all(&mut self, writer: &mut Writer) -> McapResult<bool> {
+    fn take_all(&mut self, file: &mut Target) -> McapResult<bool> {
         let mut goes_on = true;
         // One more, to see the end.
         for _ in 0..=self.source.waiting() {
             match self.source.next() {
-                Ok(Entry::Logged(entry)) => self.entry(writer, &entry)?,
-                Ok(Entry::Fed(entry)) => self.fed(writer, &entry)?,
+                Ok(Entry::Logged(entry)) => self.entry(file, &entry)?,
+                Ok(Entry::Fed(entry)) => self.fed(file, &entry)?,
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => goes_on = false,
             }
         }
         while let Some(reported) = self.source.next_event() {
-            writer.event(&reported)?;
+            file.writer.event(&reported)?;
         }
         for _ in 0..self.frames.len() {
             if let Ok(frame) = self.frames.try_recv() {
                 self.state.frame_bytes.fetch_sub(frame.data.len(), Ordering::Relaxed);
-                self.frame(writer, &frame)?;
+                self.frame(file, &frame)?;
             }
         }
         Ok(goes_on)
     }
 
-    fn entry(&mut self, writer: &mut Writer, entry: &LogEntry) -> McapResult<()> {
+    fn entry(&mut self, file: &mut Target, entry: &LogEntry) -> McapResult<()> {
+        let writer = &mut file.writer;
         match &entry.what {
-            Logged::Cycle(cycle) => self.cycle(writer, cycle, entry.lost)?,
+            Logged::Cycle(cycle) => self.cycle(file, cycle, entry.lost)?,
             Logged::Began(began) => writer.began(began)?,
             Logged::Event(reported) => writer.state(reported)?,
             Logged::Failed { at, error, .. } => writer.failed(*at, error)?,
@@ -453,21 +493,30 @@ impl Worker {
         Ok(())
     }
 
-    fn fed(&mut self, writer: &mut Writer, entry: &FedEntry) -> McapResult<()> {
+    fn fed(&mut self, file: &mut Target, entry: &FedEntry) -> McapResult<()> {
         match &entry.what {
-            Fed::Cycle(cycle) => self.cycle(writer, cycle, entry.lost)?,
-            Fed::Transfer { at, what } => writer.transfer(*at, what)?,
+            Fed::Cycle(cycle) => self.cycle(file, cycle, entry.lost)?,
+            Fed::Transfer { at, what } => file.writer.transfer(*at, what)?,
         }
         self.count(matches!(entry.what, Fed::Cycle(_)), entry.lost);
         Ok(())
     }
 
-    fn cycle(&mut self, writer: &mut Writer, cycle: &LoggedCycle, lost: u64) -> McapResult<()> {
+    fn cycle(&mut self, file: &mut Target, cycle: &LoggedCycle, lost: u64) -> McapResult<()> {
+        self.begin_part(file, cycle.arrived)?;
+        let writer = &mut file.writer;
         writer.cycle(cycle, lost)?;
         if self.reported.elapsed() >= STATISTICS {
             self.reported = Instant::now();
             let lost = self.lost();
             writer.statistics(cycle.arrived, &cycle.statistics, lost)?;
+        }
+        Ok(())
+    }
+
+    fn begin_part(&self, file: &mut Target, at: Instant) -> McapResult<()> {
+        if file.begin_part_if_full(at)? {
+            self.state.set_path(file.newest());
         }
         Ok(())
     }
@@ -478,8 +527,9 @@ impl Worker {
         recorded.lost += lost;
     }
 
-    fn frame(&self, writer: &mut Writer, frame: &CameraFrame) -> McapResult<()> {
-        let is_in_file = writer.frame(frame)?;
+    fn frame(&self, file: &mut Target, frame: &CameraFrame) -> McapResult<()> {
+        self.begin_part(file, frame.arrived)?;
+        let is_in_file = file.writer.frame(frame)?;
         let mut recorded = self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner);
         recorded.frames += u64::from(is_in_file);
         Ok(())
@@ -561,7 +611,7 @@ mod tests {
         nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
         let (_feed, entries, lost) = Feed::channel(1);
         let source = Source::Feed { entries, lost: Arc::clone(&lost) };
-        let error = Recorder::record(pipe, source, Duration::from_millis(20)).unwrap_err();
+        let error = Recorder::record(pipe, None, source, Duration::from_millis(20)).unwrap_err();
         // Its thread waits on, without what comes in: the feed and this test have the rest.
         assert_eq!(Arc::strong_count(&lost), 2);
         assert!(format!("{error:#}").contains("has not taken the beginning"), "{error}");

@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
 use base64::prelude::{Engine, BASE64_STANDARD};
@@ -18,7 +17,7 @@ use serde_json::Value;
 
 use crate::format::{
     controller, schema_of, topic, CycleMessage, Failure, ImageMessage, LogMessage, RecordedEvent,
-    StatisticsMessage, Timestamp, Transfer, CAMERA, CYCLE, ERROR, EVENTS, FORMAT, HEAD,
+    RecordedStatistics, Timestamp, Transfer, CAMERA, CYCLE, ERROR, EVENTS, FORMAT, HEAD,
     HEAD_FORMAT, HEAD_STARTED, INFO, LOG, STATISTICS, TRANSFER, WARNING,
 };
 use crate::output::{options, without_index, Output};
@@ -51,6 +50,8 @@ pub(crate) struct Writer {
     in_chunk: usize,
     /// Whether the next cycle is the first one of its chunk.
     begins_chunk: bool,
+    /// What has happened to the transfer that runs, as far as the next part needs it.
+    under_way: Vec<Transfer>,
 }
 
 /// A chunk is not longer than this and one entry, however much comes in half a second.
@@ -96,6 +97,11 @@ impl WallClock {
         Self { began: Instant::now(), began_ns: nanos(since_1970) }
     }
 
+    /// With this beginning.
+    fn since(time: Instant) -> Self {
+        Self { began: time, began_ns: Self::now().ns(time) }
+    }
+
     /// No cycle is before the beginning. In lock-step the first ones may be: their clock is that of the transfer.
     fn reach_back_to(&mut self, time: Instant) {
         self.began = self.began.min(time);
@@ -118,10 +124,20 @@ fn millis(time: Duration) -> f64 {
 }
 
 impl Writer {
-    /// Creates the file with its head, in place of an earlier one.
-    pub(crate) fn create(path: &Path) -> McapResult<Self> {
-        let clock = WallClock::now();
-        let output = Output::new(File::create(path)?);
+    /// Writes the head into a new file.
+    pub(crate) fn new(file: File) -> McapResult<Self> {
+        Self::beginning(file, WallClock::now())
+    }
+
+    /// What goes on in another file, from this time on.
+    pub(crate) fn next_part(&self, file: File, since: Instant) -> McapResult<Self> {
+        let mut next = Self::beginning(file, WallClock::since(since))?;
+        self.under_way.iter().try_for_each(|message| next.transfer(since, message))?;
+        Ok(next)
+    }
+
+    fn beginning(file: File, clock: WallClock) -> McapResult<Self> {
+        let output = Output::new(file);
         let mut mcap = options().create(NoSeek::new(output.clone()))?;
         let head = [
             (HEAD_FORMAT.to_owned(), FORMAT.to_string()),
@@ -144,6 +160,7 @@ impl Writer {
             has_news: false,
             in_chunk: 0,
             begins_chunk: true,
+            under_way: Vec::new(),
         };
         for topic in [CYCLE, TRANSFER, EVENTS, STATISTICS, LOG] {
             writer.add_topic(topic)?;
@@ -329,10 +346,32 @@ impl Writer {
             Transfer::Ended => (INFO, "the transfer has ended".to_owned()),
             Transfer::EndedBy(why) => (ERROR, format!("the transfer has ended: {}", why.error)),
         };
+        self.keep_under_way(message);
         // A time before the file began would confuse those who look for its beginning.
         let at = at.max(self.clock.began);
         self.put_json(TRANSFER, at, message)?;
         self.put_log(at, level, text)
+    }
+
+    fn keep_under_way(&mut self, message: &Transfer) {
+        match message {
+            Transfer::Began { .. } => self.under_way = vec![message.clone()],
+            Transfer::Lost(_) => {
+                self.under_way.truncate(1);
+                self.under_way.push(message.clone());
+            }
+            Transfer::Restored { device_name: new_name, firmware: new_firmware, .. } => {
+                self.under_way.truncate(1);
+                if let Some(Transfer::Began { device_name, firmware, .. }) =
+                    self.under_way.first_mut()
+                {
+                    device_name.clone_from(new_name);
+                    firmware.clone_from(new_firmware);
+                }
+            }
+            Transfer::Failed(_) | Transfer::Ended | Transfer::EndedBy(_) => self.under_way.clear(),
+            Transfer::WatchdogExpired { .. } => {}
+        }
     }
 
     /// An event of a response, of whatever kind.
@@ -356,7 +395,7 @@ impl Writer {
         statistics: &Statistics,
         lost: Losses,
     ) -> McapResult<()> {
-        let message = StatisticsMessage {
+        let message = RecordedStatistics {
             cycles: statistics.cycles,
             late_reactions: statistics.late_reactions,
             gaps: statistics.gaps,
@@ -420,12 +459,17 @@ impl Writer {
         self.described.iter().try_for_each(|channel| channel.add_to(&mut self.mcap).map(drop))
     }
 
-    /// Writes the index at the end of the file.
-    pub(crate) fn finish(mut self) -> McapResult<()> {
+    /// About how large the file is.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.output.written()
+    }
+
+    /// Writes the index at the end of the file; returns how large it is.
+    pub(crate) fn finish(mut self) -> McapResult<u64> {
         self.mcap.finish()?;
         // The index, too.
         std::io::Write::flush(&mut self.output)?;
-        Ok(())
+        Ok(self.output.written())
     }
 }
 
@@ -440,6 +484,7 @@ pub(crate) struct Losses {
 #[cfg(test)]
 mod tests {
     use std::fs;
+    use std::path::Path;
 
     use mcap::{MessageStream, Summary};
 
@@ -451,7 +496,7 @@ mod tests {
 
     /// Records cycles into a chunk each; returns the most memory that it took beyond what the first ones take.
     fn record(path: &Path, index_limit: usize) -> u64 {
-        let mut writer = Writer::create(path).unwrap();
+        let mut writer = Writer::new(File::create(path).unwrap()).unwrap();
         writer.index_limit = index_limit;
         let mut record = |numbers: std::ops::Range<u64>| {
             for number in numbers {

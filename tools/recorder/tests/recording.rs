@@ -12,7 +12,7 @@ use ft_transfer_area::{
     CameraFrame, FishX1Transfer, TransferAreaComHandler, TransferAreaComHandlerBuilder,
 };
 use ft_transfer_area_recorder::{
-    Cycle, Entry, Error, FailureKind, Options, Recorded, Recorder, Recording, Transfer,
+    Cycle, Entry, Error, FailureKind, Options, Parts, Recorded, Recorder, Recording, Transfer,
 };
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 use tempfile::TempDir;
@@ -75,6 +75,50 @@ fn record(path: &Path, cycles: usize) {
     }
     handler.end_transfer().unwrap();
     recorder.finish().unwrap();
+}
+
+/// Cycles come while the file is changed, and nothing depends on how many files there are.
+#[test]
+fn a_recording_in_parts_has_each_cycle_once_and_each_part_begins_with_the_controller() {
+    let folder = folder();
+    let txt = SimulatedTxt::builder().device_name("Night").start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    let parts = Parts::of_time(Duration::from_millis(50));
+    let path = folder.path().join("run.mcap");
+    let mut recorder = Recorder::start(&handler, &path, roomy().parts(parts)).unwrap();
+    assert_eq!(recorder.path(), folder.path().join("run-0001.mcap"));
+    handler.begin_transfer().unwrap();
+    while !recorder.newest().ends_with("run-0005.mcap") {
+        drop(handler.areas().wait_cycle().unwrap());
+    }
+    handler.end_transfer().unwrap();
+    assert!(recorder.rename(&path).is_err());
+    let totals = recorder.finish().unwrap();
+    let mut files: Vec<_> =
+        fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    assert!(files.len() >= 5, "{files:?}");
+    let mut numbers = Vec::new();
+    let mut last_end = None;
+    for file in &files {
+        let started = Recording::open(file).unwrap().started();
+        assert!(last_end.is_none_or(|end| started > end), "{file:?}");
+        let (entries, is_cut_off) = read(file).unwrap();
+        assert!(!is_cut_off);
+        let Transfer::Began { device_name, firmware, areas, .. } = transfers(&entries)[0] else {
+            panic!("{entries:?}");
+        };
+        assert_eq!((&**device_name, &**firmware, *areas), ("Night", "4.7.0", 1));
+        let cycles = cycles(&entries);
+        let first = cycles[0];
+        assert_eq!(first.first, file == &files[0], "{file:?}");
+        assert_eq!(first.areas[0].config.motor[0], 1, "the configuration is there");
+        numbers.extend(cycles.iter().map(|cycle| cycle.number));
+        let of_cycle = |entry: &&Entry| matches!(entry.what, Recorded::Cycle(_));
+        last_end = entries.iter().rfind(of_cycle).map(|entry| started + entry.at);
+    }
+    assert_eq!(numbers, (1..=totals.cycles).collect::<Vec<_>>());
+    assert_eq!(totals.lost, 0);
 }
 
 /// The parts of areas that are recorded, with the inputs that the simulated TXT gave.

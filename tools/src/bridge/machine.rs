@@ -5,7 +5,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use ft_transfer_area::{Error, Events, FishX1Transfer, TimeLimits, TransferAreaComHandler};
+use ft_transfer_area::transfer_area::{IZ_MOTOR, MAX_AREAS};
+use ft_transfer_area::tx::Motor;
+use ft_transfer_area::{Error, Event, Events, FishX1Transfer, TimeLimits, TransferAreaComHandler};
 
 use super::relay::{Relay, Setup};
 use super::report::{Stage, TOLD};
@@ -38,6 +40,8 @@ pub(crate) struct Machine<'a> {
     /// Events that the library or the broker had no room for.
     lost: u64,
     told_lost: u64,
+    /// Motors whose counters have counted. Of others an unchanged counter says nothing: they have no encoder.
+    have_turned: [[bool; IZ_MOTOR]; MAX_AREAS],
 }
 
 /// A handler for the bridge. Nothing is connected yet.
@@ -57,10 +61,37 @@ impl<'a> Machine<'a> {
         stop: &'a AtomicBool,
         left_on: &'a AtomicBool,
     ) -> anyhow::Result<Self> {
-        let events = handler.areas().events(&TOLD, Events::MAX_CAPACITY)?;
-        let relay = Relay::open(setup)?;
-        let is_cut = false;
-        Ok(Self { handler, events, relay, stop, left_on, is_cut, lost: 0, told_lost: 0 })
+        Self::with_relay(handler, setup.stall_limit, stop, left_on, || Relay::open(setup))
+    }
+
+    /// With this limit for motors that should turn and do not.
+    fn with_relay(
+        handler: TransferAreaComHandler,
+        stall_limit: Option<Duration>,
+        stop: &'a AtomicBool,
+        left_on: &'a AtomicBool,
+        relay: impl FnOnce() -> anyhow::Result<Relay>,
+    ) -> anyhow::Result<Self> {
+        let areas = handler.areas();
+        if let Some(limit) = stall_limit {
+            for area in 0..areas.lock().len() {
+                for motor in Motor::ALL {
+                    areas.set_stall_limit(area, motor, limit)?;
+                }
+            }
+        }
+        let events = areas.events(&TOLD, Events::MAX_CAPACITY)?;
+        Ok(Self {
+            handler,
+            events,
+            relay: relay()?,
+            stop,
+            left_on,
+            is_cut: false,
+            lost: 0,
+            told_lost: 0,
+            have_turned: Default::default(),
+        })
     }
 
     /// Works until it is stopped, or the broker refuses. The motors are off when it returns, or it is noted that they
@@ -149,6 +180,14 @@ impl<'a> Machine<'a> {
             let firmware = self.handler.version().map(|version| version.to_string());
             self.relay.online(self.handler.device_name(), firmware);
         }
+        for (turned, area) in self.have_turned.iter_mut().zip(areas) {
+            for motor in Motor::ALL {
+                let index = motor.index();
+                let has_counted = area.input.counter[motor.counter().index()] != 0;
+                // Two single outputs are no motor.
+                turned[index] = area.config.motor[index] != 0 && (turned[index] || has_counted);
+            }
+        }
         self.publish_events();
         self.relay.publish_areas(areas, cycle);
         let lost = self.lost + self.events.lost();
@@ -160,9 +199,20 @@ impl<'a> Machine<'a> {
 
     fn publish_events(&mut self) {
         while let Ok(reported) = self.events.try_recv() {
+            if !self.counts(&reported.event) {
+                continue;
+            }
             if !self.relay.publish_event(&reported) {
                 self.lost += 1;
             }
+        }
+    }
+
+    /// Whether an event is about something that is there.
+    fn counts(&self, event: &Event) -> bool {
+        match event {
+            Event::MotorStalled { area, motor, .. } => self.have_turned[*area][motor.index()],
+            _ => true,
         }
     }
 

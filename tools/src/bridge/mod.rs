@@ -20,7 +20,6 @@ use std::time::Duration;
 
 use anyhow::{bail, ensure, Context};
 use crossbeam_channel::{bounded, select};
-use ft_transfer_area::controller_address;
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -36,9 +35,6 @@ use crate::{arguments, lines};
 
 /// The environment variable with the password for the broker: an argument could be read by everybody.
 const PASSWORD: &str = "TXT_MQTT_PASSWORD";
-
-/// How long to look for the only controller.
-const SEARCH: Duration = Duration::from_millis(1500);
 
 /// Connect controllers to an MQTT broker: inputs as topics, and commands from topics
 #[derive(clap::Args)]
@@ -89,6 +85,10 @@ pub(crate) struct Args {
     #[arg(long, value_name = "MS", default_value_t = 4000)]
     #[arg(value_parser = clap::value_parser!(u64).range(2000..=60_000))]
     broker_limit: u64,
+    /// Publish a motor with an encoder that should turn and stands still for this time; 0: never
+    #[arg(long, value_name = "MS", default_value_t = 1000)]
+    #[arg(value_parser = clap::value_parser!(u64).range(0..=3_600_000))]
+    stall_limit: u64,
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
@@ -152,7 +152,7 @@ fn machine<'a>(
     let areas = 1 + usize::from(args.extensions);
     let handler = handler(&host, areas)?;
     let noise = Noise { every: Duration::from_millis(args.every), deadband: args.deadband };
-    let master_limit = Some(Duration::from_millis(args.master_limit));
+    let limit = |millis| Some(Duration::from_millis(millis)).filter(|limit| !limit.is_zero());
     let setup = Setup {
         broker: broker.clone(),
         topics: Topics::new(&args.prefix, &name),
@@ -160,7 +160,8 @@ fn machine<'a>(
         host,
         names: names.by_topic(),
         noise,
-        master_limit: master_limit.filter(|limit| !limit.is_zero()),
+        master_limit: limit(args.master_limit),
+        stall_limit: limit(args.stall_limit),
     };
     Machine::new(handler, setup, stop, left_on)
 }
@@ -177,7 +178,7 @@ fn controllers(
     );
     let hosts = match simulated {
         Some(txt) => vec![txt.address().to_string()],
-        None if args.hosts.is_empty() => vec![controller_address("auto", SEARCH)?.to_string()],
+        None if args.hosts.is_empty() => vec![arguments::found("auto")?],
         None => args.hosts.clone(),
     };
     ensure!(
@@ -203,7 +204,8 @@ fn controllers(
             "two controllers have the name {name:?}; give each another --name"
         );
     }
-    Ok(names.into_iter().zip(hosts).collect())
+    let hosts = hosts.iter().map(|host| arguments::found(host));
+    names.into_iter().zip(hosts).map(|(name, host)| Ok((name, host?))).collect()
 }
 
 fn login(user: Option<String>) -> anyhow::Result<Option<(String, String)>> {

@@ -37,6 +37,8 @@ pub(crate) struct Setup {
     pub(crate) noise: Noise,
     /// How long the master may be silent; `None` for as long as it likes.
     pub(crate) master_limit: Option<Duration>,
+    /// How long a motor may stand still that should turn; `None` if that is not published.
+    pub(crate) stall_limit: Option<Duration>,
 }
 
 pub(crate) struct Relay {

@@ -11,17 +11,17 @@ use crate::lines;
 use crate::print::clean;
 
 /// The events that the bridge publishes: changes of inputs as values, the others as [`PublishedEvent`].
-pub(crate) const TOLD: [EventKind; 4] = [
+pub(crate) const TOLD: [EventKind; 5] = [
     EventKind::InputChanged,
     EventKind::CounterReset,
     EventKind::MotorReached,
+    EventKind::MotorStalled,
     EventKind::ConnectionRestored,
 ];
 
 /// The events that it does not publish: values and its own state say the same.
-const NOT_TOLD: [EventKind; 7] = [
+const NOT_TOLD: [EventKind; 6] = [
     EventKind::CounterChanged,
-    EventKind::MotorStalled,
     EventKind::JoystickMoved,
     EventKind::ExtensionChanged,
     EventKind::ConnectionLost,
@@ -89,6 +89,11 @@ pub(crate) enum PublishedEvent {
         motor: String,
         position: u16,
     },
+    /// It should turn, and its counter does not change.
+    MotorStalled {
+        motor: String,
+        position: u16,
+    },
     CounterReset {
         counter: String,
     },
@@ -125,6 +130,9 @@ impl PublishedEvent {
         Some(match event {
             Event::MotorReached { area, motor, position, .. } => {
                 Self::MotorReached { motor: place(*area, motor), position: *position }
+            }
+            Event::MotorStalled { area, motor, position, .. } => {
+                Self::MotorStalled { motor: place(*area, motor), position: *position }
             }
             Event::CounterReset { area, counter, .. } => {
                 Self::CounterReset { counter: place(*area, counter) }

@@ -74,7 +74,7 @@ pub(super) const GUARD: Words = Words::fixed(
      Guard.",
 );
 
-/// Parts of messages, and what they mean. The first one that is found counts.
+/// Parts of messages, and what they mean. The one that was said last counts: a program may go on after an error.
 const MEANINGS: &[(&str, Words)] = &[
     (
         "which is configured as a motor",
@@ -198,7 +198,8 @@ const MEANINGS: &[(&str, Words)] = &[
 fn advice(text: &str) -> Option<Words> {
     // A message for a person may be broken into lines.
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    MEANINGS.iter().find(|(part, _)| text.contains(part)).map(|(_, words)| words.clone())
+    let said = MEANINGS.iter().filter_map(|(part, words)| Some((text.rfind(part)?, words)));
+    said.max_by_key(|(place, _)| *place).map(|(_, words)| words.clone())
 }
 
 #[cfg(test)]
@@ -227,6 +228,19 @@ mod tests {
             assert!(meaning.text(Language::De).contains(part), "{error}: {meaning:?}");
         }
         assert!(advice("Error: out of coffee").is_none());
+    }
+
+    #[test]
+    fn what_was_said_last_counts() {
+        let waited = Error::WaitTimedOut { limit: Duration::from_secs(1) };
+        let said = format!(
+            "goes on after: {waited}\nthread 'main' panicked at src/main.rs:9:5:\nno more coffee\n"
+        );
+        let meaning = advice(&said).unwrap();
+        assert!(meaning.text(Language::En).contains("at which it panicked"), "{meaning:?}");
+        let said = format!("thread 'main' panicked at src/main.rs:9:5:\ncalled unwrap: {waited}\n");
+        let meaning = advice(&said).unwrap();
+        assert!(meaning.text(Language::En).contains("did not happen in time"), "{meaning:?}");
     }
 
     #[test]

@@ -81,8 +81,12 @@ pub(crate) struct Args {
     no_browser: bool,
 }
 
-pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+pub(crate) fn run(mut args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver_for_driving()?;
+    // The same one drives and is stopped when this program is killed.
+    for host in &mut args.hosts {
+        *host = arguments::found(host)?;
+    }
     let site = Site::listen(SocketAddr::new(args.bind, args.port))?;
     let common = Arc::new(Common::new());
     let hosts = start_hosts(&args, &common)?;

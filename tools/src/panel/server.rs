@@ -18,6 +18,7 @@ use serde_json::Value;
 use tokio::sync::Semaphore;
 
 use super::connection;
+use super::control_lock::PageId;
 use super::course::Course;
 use super::dispatch::Panel;
 use super::files::{Page, Plotter, Ready, ICON};
@@ -33,7 +34,8 @@ const VIEWERS: usize = 50;
 const MESSAGE_MAX: usize = 16 * 1024;
 /// From how many bytes on what is for a page is written at once.
 const AT_ONCE: usize = 16 * 1024;
-/// How much may wait for a page that reads slowly, in bytes: the state of a world with many parts, and answers to pings.
+/// How much may wait for a page that reads slowly, in bytes, beside its first message, which has all names: the state of
+/// a world with many parts, and answers to pings.
 const TO_SEND_MAX: usize = 512 * 1024;
 
 #[derive(Clone)]
@@ -214,7 +216,7 @@ async fn open_page(
         .max_message_size(MESSAGE_MAX)
         .max_frame_size(MESSAGE_MAX)
         .write_buffer_size(AT_ONCE)
-        .max_write_buffer_size(TO_SEND_MAX);
+        .max_write_buffer_size(panel.hello(PageId::MAX).len() + TO_SEND_MAX);
     Ok(upgrade.on_upgrade(move |socket| async move {
         connection::serve(socket, panel).await;
         drop(place);

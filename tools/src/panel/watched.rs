@@ -17,8 +17,8 @@ use super::state::{
 use crate::commands::stop_all;
 use crate::gate::Gate;
 use crate::seen::{
-    forgotten, halted, missed, no_answer, not_understood, unanswered, Controllers, Cycle, Farewell,
-    Gone, Happened, I2cExchange, Line, Seen, FAREWELL_UNANSWERED,
+    forgotten, halted, missed, no_answer, not_understood, refused, unanswered, Controllers, Cycle,
+    Farewell, Gone, Happened, I2cExchange, Line, Seen, FAREWELL_UNANSWERED,
 };
 
 /// Of how many answers the median is shown.
@@ -257,7 +257,12 @@ fn left_out(count: u64) -> Option<Problem> {
 fn problem(seen: &Seen) -> Option<Problem> {
     let (code, text) = match &seen.what {
         Happened::Refused(error) => {
-            ("connect_failed", format!("the controller refuses the connection: {error:#}"))
+            let code = match seen.line {
+                Line::Main => "connect_failed",
+                Line::Camera => "camera_refused",
+                Line::I2c => "i2c_refused",
+            };
+            (code, refused(seen.line, error))
         }
         Happened::Halted { gone, error } => {
             let code = match (error, gone) {
@@ -334,6 +339,21 @@ fn millis(time: Duration) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_connection_that_is_refused_is_named() {
+        let refused = |line| {
+            let error = std::io::ErrorKind::ConnectionRefused.into();
+            let (at, what) = (Instant::now(), Happened::Refused(error));
+            problem(&Seen { at, line, connection: 1, what }).unwrap()
+        };
+        for (line, code) in [(Line::Camera, "camera_refused"), (Line::I2c, "i2c_refused")] {
+            let Problem { code: told, text, .. } = refused(line);
+            assert!(text.contains(&format!("the {} connection", line.name())), "{text}");
+            assert_eq!(told, code);
+        }
+        assert_eq!(refused(Line::Main).code, "connect_failed");
+    }
 
     #[test]
     fn the_median_is_that_of_the_last_answers_and_the_longest_that_of_all() {

@@ -1,51 +1,134 @@
-//! The time of day of a recording.
+//! The clock on the wall beside a recording.
 
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
-/// A date and a time of day in UTC, to the second, of a time since 1970.
-pub(super) fn utc(since_1970: Duration) -> String {
-    let seconds = since_1970.as_secs();
-    let (year, month, day) = date((seconds / 86_400) as i64);
-    let (hour, minute, second) = (seconds / 3600 % 24, seconds / 60 % 60, seconds % 60);
-    format!("{year}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
+use jiff::civil::Time;
+use jiff::tz::TimeZone;
+use jiff::{SignedDuration, Timestamp, Zoned};
+
+const DAY: Duration = Duration::from_secs(24 * 3600);
+
+/// Dates and times of day of a recording. Times are those since its beginning.
+#[derive(Clone, Debug)]
+pub(crate) struct Clock {
+    started: Timestamp,
+    zone: TimeZone,
 }
 
-/// The date of a day since 1970, in the calendar of 400 years with 146097 days.
-fn date(days: i64) -> (i64, i64, i64) {
-    // Years begin in March, so that the leap day is the last of its year.
-    let days = days + 719_468;
-    let (era, of_era) = (days.div_euclid(146_097), days.rem_euclid(146_097));
-    let year_of_era = (of_era - of_era / 1_460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    (400 * era + year_of_era + i64::from(month <= 2), month, day)
+impl Default for Clock {
+    fn default() -> Self {
+        Self::in_zone(SystemTime::UNIX_EPOCH, TimeZone::UTC)
+    }
+}
+
+impl Clock {
+    /// In the time zone of this computer.
+    pub(crate) fn of(started: SystemTime) -> Self {
+        Self::in_zone(started, TimeZone::system())
+    }
+
+    pub(super) fn in_zone(started: SystemTime, zone: TimeZone) -> Self {
+        Self { started: Timestamp::try_from(started).unwrap_or_default(), zone }
+    }
+
+    fn zoned(&self, at: Duration) -> Zoned {
+        let time = self.started.checked_add(at).unwrap_or(Timestamp::MAX);
+        time.to_zoned(self.zone.clone())
+    }
+
+    /// As "2025-03-30 03:12:14+02:00": an offset tells the two hours apart that a night in autumn has twice.
+    pub(crate) fn date(&self, at: Duration) -> String {
+        self.zoned(at).strftime("%Y-%m-%d %H:%M:%S%:z").to_string()
+    }
+
+    /// The same with milliseconds.
+    pub(super) fn precise(&self, at: Duration) -> String {
+        self.zoned(at).strftime("%Y-%m-%d %H:%M:%S%.3f%:z").to_string()
+    }
+
+    /// As "03:12:14", with the date from a day after the beginning on.
+    pub(crate) fn of_day(&self, at: Duration) -> String {
+        let form = if at < DAY { "%H:%M:%S" } else { "%Y-%m-%d %H:%M:%S" };
+        self.zoned(at).strftime(form).to_string()
+    }
+
+    /// As "03:12:14", with this number of digits behind the seconds.
+    pub(super) fn label(&self, at: Duration, digits: usize) -> String {
+        let time = self.zoned(at);
+        let seconds = time.strftime("%H:%M:%S").to_string();
+        match digits {
+            0 => seconds,
+            _ => {
+                let fraction = format!("{:09}", time.subsec_nanosecond());
+                format!("{seconds}.{}", &fraction[..digits.min(9)])
+            }
+        }
+    }
+
+    /// When it is this time of day first, from then on.
+    pub(super) fn next(&self, time: Time, from: Duration) -> Option<Duration> {
+        let from = self.zoned(from);
+        // Who types a time has seen it without fractions of seconds.
+        let begin = from.timestamp().as_second();
+        let days = [from.date(), from.date().tomorrow().ok()?];
+        let times = days.into_iter().flat_map(|day| {
+            let local = self.zone.to_ambiguous_timestamp(day.to_datetime(time));
+            // Of the two that a night in autumn has.
+            [local.compatible(), local.later()]
+        });
+        let next = times.flatten().find(|time| time.as_second() >= begin)?;
+        let since = next.duration_since(self.started);
+        Some(since.max(SignedDuration::ZERO).unsigned_abs())
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_time_of_day_is_to_the_second() {
-        let time = Duration::from_millis(1_000_000_000_900);
-        assert_eq!(utc(time), "2001-09-09 01:46:40");
+    /// A clock of central Europe, and a recording that begins then.
+    fn clock(started: &str) -> Clock {
+        let zone = TimeZone::posix("CET-1CEST,M3.5.0,M10.5.0/3").unwrap();
+        let started: Timestamp = started.parse().unwrap();
+        Clock::in_zone(started.into(), zone)
+    }
+
+    fn next(clock: &Clock, time: &str, from: u64) -> Option<u64> {
+        let next = clock.next(time.parse().unwrap(), Duration::from_secs(from));
+        next.map(|next| next.as_secs())
     }
 
     #[test]
-    fn dates_have_leap_years() {
-        for (days, expected) in [
-            (0, (1970, 1, 1)),
-            (59, (1970, 3, 1)),
-            (11_016, (2000, 2, 29)),
-            (11_017, (2000, 3, 1)),
-            (19_782, (2024, 2, 29)),
-            (20_453, (2025, 12, 31)),
-            (47_540, (2100, 2, 28)),
-            (47_541, (2100, 3, 1)),
-        ] {
-            assert_eq!(date(days), expected, "{days}");
-        }
+    fn times_are_those_of_the_time_zone_with_its_offset() {
+        let clock = clock("2025-07-01T20:03:14.25Z");
+        assert_eq!(clock.date(Duration::ZERO), "2025-07-01 22:03:14+02:00");
+        let millis = Duration::from_millis(2 * 3_600_000 + 1500);
+        assert_eq!(clock.precise(millis), "2025-07-02 00:03:15.750+02:00");
+        assert_eq!(clock.of_day(millis), "00:03:15");
+        assert_eq!(clock.of_day(DAY + millis), "2025-07-03 00:03:15");
+        assert_eq!([0, 2].map(|digits| clock.label(millis, digits)), ["00:03:15", "00:03:15.75"]);
+    }
+
+    #[test]
+    fn a_time_of_day_is_the_next_one_also_after_midnight() {
+        let clock = clock("2025-07-01T20:03:14.25Z");
+        assert_eq!(next(&clock, "22:03:14", 0), Some(0), "the beginning as it is shown");
+        assert_eq!(next(&clock, "22:04:14", 0), Some(59));
+        assert_eq!(next(&clock, "03:12", 0), Some(5 * 3600 + 8 * 60 + 45));
+        assert_eq!(next(&clock, "22:03:13", 0), Some(24 * 3600 - 2));
+        assert_eq!(next(&clock, "22:04:14", 3600), Some(24 * 3600 + 59));
+    }
+
+    #[test]
+    fn a_night_in_which_the_clock_is_changed_has_all_times() {
+        // At 3:00 in summer time it is 2:00 again.
+        let autumn = clock("2025-10-25T22:00:00Z");
+        assert_eq!(next(&autumn, "02:30", 0), Some(2 * 3600 + 1800));
+        assert_eq!(next(&autumn, "02:30", 3 * 3600), Some(3 * 3600 + 1800), "the second one");
+        assert_eq!(next(&autumn, "03:30", 0), Some(4 * 3600 + 1800));
+        // At 2:00 it is 3:00.
+        let spring = clock("2025-03-29T23:00:00Z");
+        assert_eq!(next(&spring, "03:30", 0), Some(2 * 3600 + 1800));
+        assert_eq!(next(&spring, "02:30", 0), Some(2 * 3600 + 1800), "there is none");
     }
 }

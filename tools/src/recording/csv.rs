@@ -2,13 +2,15 @@
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
+use std::time::Duration;
 
 use anyhow::Context;
 use ft_transfer_area_recorder::{Column, Recorded, Recording};
 
-use super::clock;
+use super::clock::Clock;
+use super::part::Part;
 use super::survey::{progress, Survey};
 use super::whole::say_what_is_missing;
 use crate::names::{self, Names};
@@ -16,8 +18,9 @@ use crate::names::{self, Names};
 const AFTER_HELP: &str = "\
 One line for each cycle: the time in seconds since the beginning, the number of the cycle, and the
 inputs, counters and motors, E1.I1 for extension 1. Motors are -512 to 512, negative for backwards.
-The last column is the time of day in UTC. With --names, the first line has I1 (gate)
-in place of I1.
+The last column is date and time of day in this computer's time zone, with its offset from UTC. With
+--names, the first line has I1 (gate) in place of I1. A part of it is given by seconds or by times of
+day, as in --from 03:12 --to 03:14:30.
 
 Example: txt csv run.mcap I1 M1 E1.C1 -o run.csv";
 
@@ -31,6 +34,8 @@ pub(crate) struct Args {
     columns: Vec<Column>,
     #[command(flatten)]
     names: names::File,
+    #[command(flatten)]
+    part: Part,
     /// The file; without it, the terminal
     #[arg(short, long)]
     output: Option<PathBuf>,
@@ -43,11 +48,14 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     } else {
         args.columns
     };
+    let part = args.part.of(&args.file)?;
     let recording = Recording::open(&args.file)?;
+    let table = Table { columns, names, part };
     let done = match &args.output {
-        Some(path) => create(path, &args.file)
-            .and_then(|file| write(recording, &columns, &names, BufWriter::new(file))),
-        None => write(recording, &columns, &names, io::stdout().lock()),
+        Some(path) => {
+            create(path, &args.file).and_then(|file| table.write(recording, BufWriter::new(file)))
+        }
+        None => table.write(recording, io::stdout().lock()),
     };
     match (done, &args.output) {
         (Ok(recording), _) => {
@@ -88,32 +96,41 @@ fn create(path: &Path, recording: &Path) -> Result<File, Failure> {
     File::create(path).map_err(Failure::Write)
 }
 
-/// Writes the table; returns the recording, which was read to its end.
-fn write(
-    mut recording: Recording,
-    columns: &[Column],
-    names: &Names,
-    out: impl Write,
-) -> Result<Recording, Failure> {
-    let mut table = csv::Writer::from_writer(out);
-    let heads = columns.iter().map(|column| names.beside(column));
-    let heads = ["time", "cycle"].map(str::to_owned).into_iter().chain(heads);
-    table.write_record(heads.chain(["utc".to_owned()]))?;
-    let started = recording.started().duration_since(UNIX_EPOCH).unwrap_or_default();
-    let progress = progress("writes");
-    for entry in recording.by_ref() {
-        let entry = entry.map_err(Failure::Read)?;
-        let Recorded::Cycle(cycle) = entry.what else { continue };
-        progress.inc(1);
-        let head = [format!("{:.6}", entry.at.as_secs_f64()), cycle.number.to_string()];
-        // An area that the handler did not have is empty.
-        let text = |value: Option<i32>| value.map_or(String::new(), |value| value.to_string());
-        let values = columns.iter().map(|column| text(column.value(&cycle.areas)));
-        let of_day = started + entry.at;
-        let utc = format!("{}.{:03}", clock::utc(of_day), of_day.subsec_millis());
-        table.write_record(head.into_iter().chain(values).chain([utc]))?;
+/// What is written.
+struct Table {
+    columns: Vec<Column>,
+    names: Names,
+    part: Range<Duration>,
+}
+
+impl Table {
+    /// Writes the table; returns the recording, which was read to the end of what is written.
+    fn write(&self, mut recording: Recording, out: impl Write) -> Result<Recording, Failure> {
+        let mut table = csv::Writer::from_writer(out);
+        let heads = self.columns.iter().map(|column| self.names.beside(column));
+        let heads = ["time", "cycle"].map(str::to_owned).into_iter().chain(heads);
+        table.write_record(heads.chain(["local_time".to_owned()]))?;
+        let clock = Clock::of(recording.started());
+        let progress = progress("writes");
+        for entry in recording.by_ref() {
+            let entry = entry.map_err(Failure::Read)?;
+            let Recorded::Cycle(cycle) = entry.what else { continue };
+            if entry.at > self.part.end {
+                break;
+            }
+            if entry.at < self.part.start {
+                continue;
+            }
+            progress.inc(1);
+            let head = [format!("{:.6}", entry.at.as_secs_f64()), cycle.number.to_string()];
+            // An area that the handler did not have is empty.
+            let text = |value: Option<i32>| value.map_or(String::new(), |value| value.to_string());
+            let values = self.columns.iter().map(|column| text(column.value(&cycle.areas)));
+            let local_time = clock.precise(entry.at);
+            table.write_record(head.into_iter().chain(values).chain([local_time]))?;
+        }
+        progress.finish_and_clear();
+        table.flush().map_err(Failure::Write)?;
+        Ok(recording)
     }
-    progress.finish_and_clear();
-    table.flush().map_err(Failure::Write)?;
-    Ok(recording)
 }

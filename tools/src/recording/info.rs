@@ -3,16 +3,18 @@
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
-use super::clock;
-use super::survey::Survey;
+use super::survey::{Listed, Survey};
 use crate::print;
 
-/// How many errors, and how many changes of the controller, are listed.
+/// How many changes of the controller are listed.
 const LISTED: usize = 10;
 
 const AFTER_HELP: &str = "\
-The controller, the length, the cycles and their times, what was lost, gaps and errors. A file that
-is cut off is read up to there; damaged parts are left out, and a line says so.
+The controller, the length, the cycles and their times, and what was unusual: gaps, errors, stops by
+the watchdog, blocked motors (if the program has set a limit), inputs that get over range, jumps of
+counters, long cycles, late reactions, and what is not recorded. The first 10 moments of each kind
+are listed; txt plot FILE --unusual NUMBER draws one. Times of day are those of this computer's time
+zone. A file that is cut off is read up to there; damaged parts are left out, and a line says so.
 
 Example: txt info run.mcap";
 
@@ -40,21 +42,22 @@ fn text(survey: &Survey) -> String {
     let mut lines = Vec::new();
     let mut line =
         |name: &str, value: String| lines.push(format!("{name:12} {}\n", print::clean(&value)));
-    let at = match &*survey.address {
-        "" => String::new(),
-        address => format!(" at {address}"),
-    };
     let [name, firmware] = survey.controller();
-    line("controller", format!("{name}{at}, firmware {firmware}"));
+    line("controller", format!("{name}{}, firmware {firmware}", at(&survey.address, "")));
+    let mut address = &survey.address;
     for later in survey.later_controllers.iter().take(LISTED) {
         let [name, firmware] = later.controller();
-        line("", format!("from {:.2} s on {name}, firmware {firmware}", later.since));
+        let since = moment(survey, later.since);
+        let at = at(&later.address, address);
+        line("", format!("from {since} on {name}{at}, firmware {firmware}"));
+        address = &later.address;
     }
     if survey.later_controllers.len() > LISTED {
         line("", format!("and {} more changes", survey.later_controllers.len() - LISTED));
     }
     line("extensions", survey.extensions.to_string());
-    line("started", started(survey.started));
+    line("started", started(survey));
+    line("ended", survey.ended_at.clone());
     line("length", format!("{:.2} s, {} kB", survey.seconds, survey.bytes.div_ceil(1000)));
     line("transfers", format!("{}, with {}", survey.transfers, counted(survey.gaps, "gap")));
     line("cycles", format!("{}, {} entries lost by a slow disk", survey.cycles, survey.lost));
@@ -67,11 +70,9 @@ fn text(survey: &Survey) -> String {
     let events: Vec<String> = events.collect();
     line("events", if events.is_empty() { "none".to_owned() } else { events.join(", ") });
     line("pictures", survey.pictures.to_string());
-    for (at, error) in survey.errors.iter().take(LISTED) {
-        line("error", format!("{at:.2} s: {error:#}"));
-    }
-    if survey.errors.len() > LISTED {
-        line("", format!("and {} more errors", survey.errors.len() - LISTED));
+    line("unusual", unusual(survey));
+    for Listed { number, seconds, what, .. } in &survey.unusual {
+        line(&format!("  {number}"), format!("{}: {what}", moment(survey, *seconds)));
     }
     if let Some(damage) = &survey.damage {
         line("note", damage.clone());
@@ -82,17 +83,40 @@ fn text(survey: &Survey) -> String {
     lines.concat()
 }
 
-/// The time in UTC, and how long ago it was if that is less than a day.
-fn started(seconds: f64) -> String {
-    let since_1970 = Duration::try_from_secs_f64(seconds).unwrap_or_default();
-    let ago = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH + since_1970);
-    let time = clock::utc(since_1970);
-    match ago {
-        Ok(ago) if ago.as_secs() < 86_400 => {
-            format!("{time} UTC, {} ago", counted(ago.as_secs() / 60, "minute"))
-        }
-        _ => format!("{time} UTC"),
+/// Where a controller is, if that is known and was not said before.
+fn at(address: &str, before: &str) -> String {
+    if address.is_empty() || address == before {
+        return String::new();
     }
+    format!(" at {address}")
+}
+
+/// When it began, and how long ago it was if that is less than a day.
+fn started(survey: &Survey) -> String {
+    let since_1970 = Duration::try_from_secs_f64(survey.started).unwrap_or_default();
+    let time = &survey.started_at;
+    match SystemTime::now().duration_since(SystemTime::UNIX_EPOCH + since_1970) {
+        Ok(ago) if ago.as_secs() < 86_400 => {
+            format!("{time}, {} ago", counted(ago.as_secs() / 60, "minute"))
+        }
+        _ => time.clone(),
+    }
+}
+
+/// How many unusual moments of each kind there are.
+fn unusual(survey: &Survey) -> String {
+    let counts = survey.unusual_counts.iter().map(|(kind, count)| kind.counted(*count));
+    let counts: Vec<String> = counts.collect();
+    match &counts[..] {
+        [] => "nothing".to_owned(),
+        counts => counts.join(", "),
+    }
+}
+
+/// A time of day, with the seconds since the beginning.
+fn moment(survey: &Survey, seconds: f64) -> String {
+    let at = Duration::try_from_secs_f64(seconds).unwrap_or_default();
+    format!("{} ({seconds:.2} s)", survey.clock.of_day(at))
 }
 
 /// So many of something, such as "1 gap" and "2 gaps".
@@ -102,7 +126,27 @@ fn counted(count: u64, what: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use ft_transfer_area_recorder::Transfer;
+
     use super::*;
+
+    #[test]
+    fn each_controller_has_its_own_address() {
+        let mut survey = Survey::default();
+        for (second, name, address) in
+            [(0, "A", "10.0.0.1"), (5, "A", "10.0.0.1"), (6, "B", "10.0.0.2"), (7, "C", "10.0.0.2")]
+        {
+            let (device_name, firmware) = (name.to_owned(), "4.7.0".to_owned());
+            let began =
+                Transfer::Began { device_name, firmware, address: address.to_owned(), areas: 1 };
+            survey.note(&began, Duration::from_secs(second));
+        }
+        let text = text(&survey);
+        let begins: Vec<_> = text.lines().take(3).collect();
+        assert_eq!(begins[0], "controller   A at 10.0.0.1, firmware 4.7.0");
+        assert!(begins[1].ends_with("(6.00 s) on B at 10.0.0.2, firmware 4.7.0"), "{text}");
+        assert!(begins[2].ends_with("(7.00 s) on C, firmware 4.7.0"), "{text}");
+    }
 
     #[test]
     fn one_of_something_is_not_several() {

@@ -15,18 +15,22 @@ pub(crate) struct Output {
     path: PathBuf,
     /// The file that is replaced when the recording has begun: until then, there is nothing better.
     replaced: Option<PathBuf>,
+    in_parts: bool,
 }
 
 impl Output {
-    /// The error says that a file is there which is not to be replaced.
-    pub(crate) fn new(path: PathBuf, force: bool) -> anyhow::Result<Self> {
+    /// The error says that a file is there which is not to be replaced. A recording in parts replaces none.
+    pub(crate) fn new(path: PathBuf, force: bool, in_parts: bool) -> anyhow::Result<Self> {
+        if in_parts {
+            return Ok(Self { path, replaced: None, in_parts });
+        }
         ensure!(
             force || !path.is_file(),
             "{} is there already; --force replaces it",
             path.display()
         );
         let replaced = replaced(&path)?;
-        Ok(Self { path, replaced })
+        Ok(Self { path, replaced, in_parts })
     }
 
     /// What the user calls it.
@@ -39,7 +43,7 @@ impl Output {
         &self,
         interrupted: &Receiver<()>,
     ) -> anyhow::Result<Option<File>> {
-        if self.path.is_file() || !self.path.exists() {
+        if self.in_parts || self.path.is_file() || !self.path.exists() {
             return Ok(None);
         }
         let (opened, pipe) = bounded(1);
@@ -93,7 +97,7 @@ fn beside(file: &Path) -> PathBuf {
 
 /// Ends a file. The error says that it has not taken all in time.
 pub(crate) fn finish(recorder: Recorder) -> anyhow::Result<Result<Totals, Error>> {
-    let path = recorder.path().display().to_string();
+    let path = recorder.newest().display().to_string();
     interrupt::in_time(move || recorder.finish()).with_context(|| incomplete(&path))
 }
 

@@ -1,7 +1,7 @@
 //! `txt record`.
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -9,10 +9,11 @@ use anyhow::{bail, Context};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, MAX_AREAS};
 use ft_transfer_area::{CameraFrame, TransferAreaComHandler};
-use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
+use ft_transfer_area_recorder::{Column, FrameSink, Recorder, Totals};
 use ft_transfer_area_simulator::SimulatedTxt;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::in_parts::InParts;
 use super::output::{discard, finish, Output};
 use crate::progress::Progress;
 use crate::{arguments, camera, interrupt, print};
@@ -29,7 +30,12 @@ Foxglove, PlotJuggler and txt plot open. A lost connection is re-established. A 
 client at a time: to record what a program does, use txt watch --record, or attach the recorder
 to the program, as docs/recording.md shows.
 
-Example: txt record 192.168.7.2 -o run.mcap --input I2=cm --input E1.I1=ohm";
+For days, --parts begins a new file again and again, and --keep deletes the oldest ones. Each of them
+can be read without the others.
+
+Examples:
+  txt record 192.168.7.2 -o run.mcap --input I2=cm --input E1.I1=ohm
+  txt record 192.168.7.2 -o run.mcap --parts 100MB --keep 2GB";
 
 /// Record a controller into a file
 #[derive(clap::Args)]
@@ -44,6 +50,8 @@ pub(crate) struct Args {
     /// Replace a file that is there already, when the transfer has begun
     #[arg(long)]
     force: bool,
+    #[command(flatten)]
+    in_parts: InParts,
     /// End after this time instead of with Ctrl-C
     #[arg(long, value_name = "N", value_parser = arguments::seconds)]
     seconds: Option<Duration>,
@@ -87,12 +95,12 @@ fn parse_input(given: &str) -> Result<(Column, UniConfig), String> {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
-    let mut output = Output::new(args.output.clone(), args.force)?;
+    let mut output = Output::new(args.output.clone(), args.force, args.in_parts.is_wanted())?;
     let interrupted = interrupt::receiver()?;
     let reader = output.wait_for_reader(&interrupted)?;
     let simulated = args.simulate.as_deref().map(arguments::simulated).transpose()?;
     let handler = handler(&args, simulated.as_ref())?;
-    let mut recorder = Recorder::start(&handler, output.first(), Options::default())?;
+    let mut recorder = Recorder::start(&handler, output.first(), args.in_parts.options())?;
     drop(reader);
     let begun = handler.begin_transfer().map_err(anyhow::Error::from);
     if let Err(error) = begun.and_then(|()| output.begun(&mut recorder)) {
@@ -106,8 +114,9 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         // It ends with the transfer. It only hands pictures on, so it has nothing to say.
         let _ = camera.join();
     }
+    let files = Files::of(&recorder);
     let totals = finish(recorder)??;
-    print::line(Recorded { path: &args.output, totals })?;
+    print::line(Recorded { files, totals })?;
     recorded?;
     Ok(ended?)
 }
@@ -171,7 +180,7 @@ fn watch(
     let begin = Instant::now();
     let mut controller = controller_of(handler);
     loop {
-        let so_far = Recorded { path: &args.output, totals: recorder.recorded() };
+        let so_far = Recorded { files: Files::of(recorder), totals: recorder.recorded() };
         progress.show(so_far.to_string());
         if let Some(error) = recorder.error() {
             return Err(error.into());
@@ -198,21 +207,41 @@ fn watch(
     }
 }
 
+/// The first file of a recording and the newest one, which may be the same.
+struct Files {
+    first: PathBuf,
+    newest: PathBuf,
+}
+
+impl Files {
+    fn of(recorder: &Recorder) -> Self {
+        Self { first: recorder.path().to_owned(), newest: recorder.newest() }
+    }
+}
+
 /// What is recorded, as a sentence.
-struct Recorded<'a> {
-    path: &'a Path,
+struct Recorded {
+    files: Files,
     totals: Totals,
 }
 
-impl fmt::Display for Recorded<'_> {
+impl fmt::Display for Recorded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Files { first, newest } = &self.files;
         let Totals { cycles, lost, frames, lost_frames, .. } = self.totals;
-        let kilobytes = std::fs::metadata(self.path).map_or(0, |file| file.len()).div_ceil(1000);
-        write!(f, "{}: {cycles} cycles, {lost} lost, ", self.path.display())?;
-        if frames + lost_frames > 0 {
-            write!(f, "{frames} pictures, {lost_frames} lost, ")?;
+        write!(f, "{}", first.display())?;
+        if newest != first {
+            write!(f, " to {}", newest.display())?;
         }
-        write!(f, "{kilobytes} kB")
+        write!(f, ": {cycles} cycles, {lost} lost")?;
+        if frames + lost_frames > 0 {
+            write!(f, ", {frames} pictures, {lost_frames} lost")?;
+        }
+        if newest != first {
+            return Ok(());
+        }
+        let kilobytes = std::fs::metadata(newest).map_or(0, |file| file.len()).div_ceil(1000);
+        write!(f, ", {kilobytes} kB")
     }
 }
 

@@ -9,6 +9,8 @@ use ft_transfer_area_recorder::{Cycle, Error, Recorded, Recording, Transfer};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+use super::clock::Clock;
+use super::unusual::{Kind, Moment, Unusual, LISTED};
 use super::whole::Transfers;
 
 const UNKNOWN: &str = "unknown";
@@ -18,13 +20,21 @@ const UNKNOWN: &str = "unknown";
 pub(crate) struct Survey {
     /// Seconds since 1970.
     pub(crate) started: f64,
+    /// Date and time of day on this computer.
+    pub(crate) started_at: String,
+    pub(crate) ended_at: String,
+    #[serde(skip)]
+    pub(crate) clock: Clock,
     pub(crate) seconds: f64,
+    #[serde(skip)]
+    pub(crate) length: Duration,
     pub(crate) bytes: u64,
     /// Of the first controller. Empty, as the firmware, when the program has not asked for it, or the beginning was lost.
     pub(crate) device_name: String,
     pub(crate) firmware: String,
-    /// Those that have answered later, by name and firmware.
+    /// Those that have answered later, by name, firmware and address.
     pub(crate) later_controllers: Vec<Later>,
+    /// Of the first controller.
     pub(crate) address: String,
     pub(crate) areas: usize,
     /// The number of the last extension that took part.
@@ -42,11 +52,24 @@ pub(crate) struct Survey {
     pub(crate) pictures: u64,
     #[serde(skip)]
     pub(crate) first_picture: Option<Vec<u8>>,
-    /// When, and what.
-    pub(crate) errors: Vec<(f64, String)>,
+    /// What was unusual: the first moments of each kind, in order.
+    pub(crate) unusual: Vec<Listed>,
+    pub(crate) unusual_counts: BTreeMap<Kind, u64>,
     pub(crate) is_cut_off: bool,
     /// What is missing because the file is damaged.
     pub(crate) damage: Option<String>,
+}
+
+/// An unusual moment with its number, from 1.
+#[derive(Debug, Serialize)]
+pub(crate) struct Listed {
+    pub(crate) number: usize,
+    pub(crate) kind: Kind,
+    pub(crate) seconds: f64,
+    pub(crate) local_time: String,
+    #[serde(skip)]
+    pub(crate) at: Duration,
+    pub(crate) what: String,
 }
 
 /// A controller that answers from a time on, in seconds, in place of the one before.
@@ -55,6 +78,7 @@ pub(crate) struct Later {
     pub(crate) since: f64,
     pub(crate) device_name: String,
     pub(crate) firmware: String,
+    pub(crate) address: String,
 }
 
 impl Later {
@@ -76,15 +100,19 @@ impl Survey {
         let started = recording.started().duration_since(std::time::UNIX_EPOCH);
         let mut survey = Self {
             started: started.unwrap_or_default().as_secs_f64(),
+            clock: Clock::of(recording.started()),
             bytes: std::fs::metadata(path).map_or(0, |file| file.len()),
             ..Self::default()
         };
         let mut measured = (0, Duration::ZERO);
         let mut transfers = Transfers::default();
+        let mut unusual = Unusual::default();
         for entry in recording.by_ref() {
             let entry = entry?;
             progress.inc(1);
-            survey.seconds = survey.seconds.max(entry.at.as_secs_f64());
+            survey.length = survey.length.max(entry.at);
+            let moments = unusual.look(entry.at, &entry.what);
+            moments.into_iter().for_each(|moment| survey.list(moment));
             match entry.what {
                 Recorded::Cycle(cycle) => {
                     transfers.cycle(cycle.number);
@@ -110,6 +138,10 @@ impl Survey {
         if count > 0 {
             survey.mean_cycle_ms = millis(total) / f64::from(count);
         }
+        survey.unusual_counts = unusual.into_counts();
+        survey.seconds = survey.length.as_secs_f64();
+        survey.started_at = survey.clock.date(Duration::ZERO);
+        survey.ended_at = survey.clock.date(survey.length);
         survey.transfers = transfers.count;
         survey.is_cut_off = recording.is_cut_off();
         survey.damage = recording.damage().map(ToString::to_string);
@@ -139,50 +171,56 @@ impl Survey {
         *total += cycle.since_last;
     }
 
-    /// A controller with this name and firmware answers. Both are empty if it was not asked.
-    fn answers(&mut self, device_name: &str, firmware: &str, at: Duration) {
+    /// A controller with this name and firmware answers, perhaps at another address. The first two are empty if it was
+    /// not asked.
+    fn answers(&mut self, device_name: &str, firmware: &str, address: Option<&str>, at: Duration) {
         let before = match self.later_controllers.last() {
-            Some(later) => (&*later.device_name, &*later.firmware),
-            None => (&*self.device_name, &*self.firmware),
+            Some(later) => [&*later.device_name, &later.firmware, &later.address],
+            None => [&*self.device_name, &self.firmware, &self.address],
         };
-        if (device_name, firmware) == before {
+        let now = [device_name, firmware, address.unwrap_or(before[2])];
+        if now == before {
             return;
         }
-        // Without an address no beginning was read.
-        let is_first = before == ("", "") && self.address.is_empty();
-        let (device_name, firmware) = (device_name.to_owned(), firmware.to_owned());
+        let is_first = before == [""; 3];
+        let [device_name, firmware, address] = now.map(str::to_owned);
         if is_first {
-            (self.device_name, self.firmware) = (device_name, firmware);
+            (self.device_name, self.firmware, self.address) = (device_name, firmware, address);
         } else {
             let since = at.as_secs_f64();
-            self.later_controllers.push(Later { since, device_name, firmware });
+            self.later_controllers.push(Later { since, device_name, firmware, address });
         }
     }
 
-    fn note(&mut self, transfer: &Transfer, at: Duration) {
-        let error = match transfer {
+    pub(super) fn note(&mut self, transfer: &Transfer, at: Duration) {
+        match transfer {
             Transfer::Began { device_name, firmware, address, .. } => {
-                self.answers(device_name, firmware, at);
-                self.address.clone_from(address);
-                return;
+                self.answers(device_name, firmware, Some(address), at);
             }
-            // Older files have no names there.
-            Transfer::Restored { device_name, firmware, .. } if !device_name.is_empty() => {
-                self.answers(device_name, firmware, at);
-                return;
+            Transfer::Lost(_) => self.gaps += 1,
+            Transfer::Restored { after_ms, device_name, firmware, .. } => {
+                // Older files have no names there.
+                if !device_name.is_empty() {
+                    self.answers(device_name, firmware, None, at);
+                }
+                self.end_gap(*after_ms);
             }
-            Transfer::Lost(failure) => {
-                self.gaps += 1;
-                format!("the connection was lost: {}", failure.error)
-            }
-            Transfer::Failed(failure) => format!("a transfer could not begin: {}", failure.error),
-            Transfer::EndedBy(failure) => format!("the transfer ended: {}", failure.error),
-            Transfer::WatchdogExpired { limit_ms } => {
-                format!("the watchdog stopped the motors after {limit_ms} ms")
-            }
-            _ => return,
-        };
-        self.errors.push((at.as_secs_f64(), error));
+            _ => {}
+        }
+    }
+
+    fn list(&mut self, moment: Moment) {
+        let Moment { number: Some(number), kind, at, what } = moment else { return };
+        let (seconds, local_time) = (at.as_secs_f64(), self.clock.date(at));
+        self.unusual.push(Listed { number, kind, seconds, local_time, at, what });
+    }
+
+    /// The last gap, if it is listed, was so long.
+    fn end_gap(&mut self, after_ms: u64) {
+        let last = self.unusual.iter_mut().rfind(|moment| moment.kind == Kind::Gap);
+        if let Some(gap) = last.filter(|_| self.gaps <= LISTED) {
+            gap.what += &format!("; it was back after {:.2} s", after_ms as f64 / 1e3);
+        }
     }
 }
 

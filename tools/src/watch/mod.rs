@@ -24,7 +24,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{bail, Context};
+use anyhow::{bail, ensure, Context};
 use crossbeam_channel::{select, Receiver};
 use ft_transfer_area::PORT;
 
@@ -37,9 +37,10 @@ use crate::gate::Gate;
 use crate::interrupt::{self, Driving};
 use crate::panel::pages::{self, Watched};
 use crate::program::{Program, Reads};
+use crate::recording::in_parts::InParts;
 use crate::recording::output::{incomplete, Output};
 use crate::seen::{
-    forgotten, halted, missed, no_answer, not_understood, Farewell, Happened, Seen,
+    forgotten, halted, missed, no_answer, not_understood, refused, Farewell, Happened, Seen,
     FAREWELL_UNANSWERED,
 };
 use crate::web::browser::Opening;
@@ -86,6 +87,8 @@ pub(crate) struct Args {
     /// Replace a file that is there already, when a program has begun to drive
     #[arg(long, requires = "record")]
     force: bool,
+    #[command(flatten)]
+    in_parts: InParts,
     /// Print each change as a line of JSON
     #[arg(long)]
     json: bool,
@@ -111,13 +114,19 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     lines::never_wait()?;
     let names = args.names.read()?;
     let recorded = args.record.clone();
-    let output = args.record.map(|path| Output::new(path, args.force)).transpose()?;
+    ensure!(recorded.is_some() || !args.in_parts.is_wanted(), "--parts needs --record FILE");
+    let output = args
+        .record
+        .map(|path| Output::new(path, args.force, args.in_parts.is_wanted()))
+        .transpose()?;
     let reader = output.as_ref().map(|it| it.wait_for_reader(&interrupted)).transpose()?;
     let controller = ports::controller(&args.host)?;
     let listeners = ports::listen(args.port)?;
     ports::check_apart(&listeners, controller)?;
     let main = listeners[0].local_addr()?;
-    let record = output.map(|output| Record::start(output, controller.ip())).transpose()?;
+    let record = output
+        .map(|output| Record::start(output, args.in_parts.options(), controller.ip()))
+        .transpose()?;
     drop(reader);
     let gate = Arc::<Gate>::default();
     let mut _opening = Opening::default();
@@ -330,12 +339,11 @@ struct Notes {
 
 impl Notes {
     fn take(&mut self, seen: &Seen) {
-        let line = seen.line.name();
-        let refused = &mut self.refused[seen.line.index()];
+        let was_refused = &mut self.refused[seen.line.index()];
         match &seen.what {
-            Happened::Refused(error) if !*refused => {
-                *refused = true;
-                log::warn!("the controller refuses the {line} connection: {error:#}");
+            Happened::Refused(error) if !*was_refused => {
+                *was_refused = true;
+                log::warn!("{}", refused(seen.line, error));
             }
             Happened::NotUnderstood { side, why } => {
                 log::warn!("{}", not_understood(seen.line, *side, why));
@@ -354,9 +362,11 @@ impl Notes {
                 log::warn!("{}, and perhaps more", forgotten(them.forgotten));
             }
             Happened::Missed => log::warn!("{}", missed(seen.line)),
-            Happened::Halted { gone, error } => log::warn!("{}", halted(*gone, error.as_ref())),
-            Happened::Offline(Farewell::Unanswered) => log::warn!("{FAREWELL_UNANSWERED}"),
-            Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
+            Happened::Halted { gone, error: None } => log::warn!("{}", halted(*gone, None)),
+            // Motors may go on: no warning takes the room of these.
+            Happened::Halted { gone, error } => log::error!("{}", halted(*gone, error.as_ref())),
+            Happened::Offline(Farewell::Unanswered) => log::error!("{FAREWELL_UNANSWERED}"),
+            Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *was_refused = false,
             Happened::Refused(_)
             | Happened::Connected(_)
             | Happened::Closed

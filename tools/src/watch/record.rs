@@ -121,8 +121,8 @@ impl End {
 }
 
 impl Record {
-    pub(super) fn start(output: Output, address: IpAddr) -> anyhow::Result<Self> {
-        let (recorder, feed) = Recorder::fed(output.first(), Options::default())?;
+    pub(super) fn start(output: Output, options: Options, address: IpAddr) -> anyhow::Result<Self> {
+        let (recorder, feed) = Recorder::fed(output.first(), options)?;
         let frames = recorder.frames();
         Ok(Self {
             output,
@@ -293,7 +293,7 @@ impl Record {
             lines::print(&format!("no program has driven: {path} is as it was"));
             return Ok(());
         }
-        let path = self.recorder.path().to_owned();
+        let path = self.recorder.newest();
         let Totals { cycles, lost, frames, .. } =
             self.recorder.finish().context("the recording is not whole")?;
         lines::print(&format!(

@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::Arc;
 
+use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::{json, Value};
 
@@ -116,6 +117,27 @@ fn no_change_of_a_digital_input_is_lost() {
     // The first one is the value at the beginning.
     let expected: Vec<_> = (0..=CHANGES).map(|change| json!({"value": change % 2})).collect();
     assert_eq!(reported, expected);
+}
+
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
+#[test]
+fn a_motor_that_is_blocked_is_an_event_if_it_has_an_encoder() {
+    let Some(broker) = Broker::start() else { return };
+    let txt = SimulatedTxt::builder().world(World::shipped("slide").unwrap()).start().unwrap();
+    let host = txt.address().to_string();
+    let limits = ["--master-limit", "0", "--stall-limit", "200"];
+    let arguments = [&[&*host, "--name", "press"], &limits[..]].concat();
+    let _bridge = Bridge::start(broker.port, arguments);
+    let listener = Listener::new(&broker);
+    listener.wait(0, "ft/press/state", is_state("online"));
+    // Nothing is at M2. M1 drives the slide to its end, which takes more than a second.
+    listener.send("ft/press/M2/set", r#"{"duty": 512}"#);
+    listener.send("ft/press/M1/set", r#"{"duty": 512}"#);
+    let stalled = |reported: &Value| reported["event"] == "motor_stalled";
+    listener.wait(0, "ft/press/event", stalled);
+    let event = &listener.all("ft/press/event")[0];
+    assert_eq!((&event["event"], &event["motor"]), (&json!("motor_stalled"), &json!("M1")));
+    assert!(event["position"].as_u64() > Some(0), "{event}");
 }
 
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]

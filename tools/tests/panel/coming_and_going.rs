@@ -16,6 +16,28 @@ fn at(port: u16) -> SimulatedTxt {
 }
 
 #[test]
+fn a_page_gets_the_names_of_all_controllers_however_many_they_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("names.toml");
+    // As many and as long as they may be.
+    let terminals = [('I', 8), ('C', 4), ('M', 4), ('O', 8)];
+    let terminals = terminals.iter().flat_map(|(kind, count)| (1..=*count).map(move |n| (kind, n)));
+    let of_area: String =
+        terminals.map(|(kind, n)| format!("{kind}{n}='{}'\n", "\"".repeat(40))).collect();
+    let tables = (0..9).map(|area| match area {
+        0 => format!("[master]\n{of_area}"),
+        _ => format!("[ext{area}]\n{of_area}"),
+    });
+    std::fs::write(&path, tables.collect::<String>()).unwrap();
+    // Nothing listens there.
+    let hosts = ["127.0.0.1:1"; 30];
+    let names = ["--names", path.to_str().unwrap()].repeat(hosts.len());
+    let panel = Panel::start(&[&hosts[..], &names].concat());
+    let mut page = panel.page();
+    page.state(hosts.len() - 1, |_| true);
+}
+
+#[test]
 fn a_controller_that_goes_away_and_comes_back_is_told_and_its_motors_stay_off() {
     let txt = SimulatedTxt::builder().start().unwrap();
     let port = txt.port();

@@ -42,20 +42,44 @@ fn is_stopped(machine: &Machine) -> bool {
         && last == Some(CommandId::StopOnline)
 }
 
-/// The guardian of this process: the number of one that it has started, with this argument.
+/// The guardian of this process: the number of one that it has started, and its arguments.
 #[cfg(target_os = "linux")]
-fn guardian(of: u32) -> Option<String> {
+fn guardian(of: u32) -> Option<(String, Vec<String>)> {
     let threads = std::fs::read_dir(format!("/proc/{of}/task")).unwrap();
     let children = |thread: std::io::Result<std::fs::DirEntry>| {
         // A thread may have ended meanwhile.
         std::fs::read_to_string(thread.unwrap().path().join("children")).unwrap_or_default()
     };
     let children: String = threads.map(children).collect();
-    let guards = |child: &&str| {
+    let guards = |child: &str| {
         let words = std::fs::read_to_string(format!("/proc/{child}/cmdline")).unwrap_or_default();
-        words.split('\0').any(|word| word == "--guard")
+        let words: Vec<_> = words.split('\0').map(str::to_owned).collect();
+        words.iter().any(|word| word == "--guard").then(|| (child.to_owned(), words))
     };
-    children.split_whitespace().find(guards).map(str::to_owned)
+    children.split_whitespace().find_map(guards)
+}
+
+/// When the program is killed, another controller may be the only one that answers, or there may be several.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_guardian_of_the_only_controller_has_its_address() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let (address, auto) = (txt.address().to_string(), format!("auto:{}", txt.address().port()));
+    let mut bridge = std::process::Command::new(env!("CARGO_BIN_EXE_txt"));
+    // Nobody is there, and it tries again.
+    bridge.args(["bridge", "--mqtt", "127.0.0.1:1", &auto]).stdin(Stdio::null());
+    for command in [command(&[&auto, "--no-browser"]), bridge] {
+        let running = crate::running::Running::start(&mut { command });
+        let begin = std::time::Instant::now();
+        let words = loop {
+            if let Some((_, words)) = guardian(running.id()) {
+                break words;
+            }
+            assert!(begin.elapsed() < LIMIT, "there is none");
+            std::thread::yield_now();
+        };
+        assert!(words.contains(&address) && !words.contains(&auto), "{words:?}");
+    }
 }
 
 #[cfg(target_os = "linux")]
@@ -68,7 +92,7 @@ fn another_guardian_takes_the_place_of_one_that_is_killed() {
     let wait_for = |other_than: &Option<String>| {
         let begin = std::time::Instant::now();
         loop {
-            let found = guardian(id);
+            let found = guardian(id).map(|(number, _)| number);
             if found.is_some() && found != *other_than {
                 return found;
             }

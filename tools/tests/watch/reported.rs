@@ -184,6 +184,6 @@ fn page_and_recording_have_the_controller_that_each_program_itself_was_told() {
     let info = String::from_utf8(run(&["info", path.to_str().unwrap()]).stdout).unwrap();
     let mut lines = info.lines();
     assert!(lines.next().unwrap().starts_with("controller   FIRST at 127.0.0.1, "), "{info}");
-    assert!(lines.next().unwrap().ends_with(" s on unknown, firmware unknown"), "{info}");
-    assert!(lines.next().unwrap().ends_with(" s on SECOND, firmware 4.7.0"), "{info}");
+    assert!(lines.next().unwrap().ends_with(" s) on unknown, firmware unknown"), "{info}");
+    assert!(lines.next().unwrap().ends_with(" s) on SECOND, firmware 4.7.0"), "{info}");
 }

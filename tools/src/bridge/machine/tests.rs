@@ -23,6 +23,7 @@ fn setup(host: String) -> Setup {
         names: Default::default(),
         noise: Noise { every: Duration::ZERO, deadband: 1 },
         master_limit: None,
+        stall_limit: None,
     }
 }
 
@@ -72,12 +73,10 @@ fn duties(
     let txt = builder.start().unwrap();
     let host = txt.address().to_string();
     let handler = handler(&host, 1).unwrap();
-    let events = handler.areas().events(&TOLD, 1000).unwrap();
-    let relay = Relay::without_broker(setup(host), inbox);
+    let relay = || Ok(Relay::without_broker(setup(host), inbox));
     let left_on = AtomicBool::new(false);
     let (stop, left_on) = (&*stop, &left_on);
-    let machine =
-        Machine { handler, events, relay, stop, left_on, is_cut: false, lost: 0, told_lost: 0 };
+    let machine = Machine::with_relay(handler, None, stop, left_on, relay).unwrap();
     machine.run().unwrap();
     assert!(!left_on.load(Ordering::Relaxed));
     let duties = duties.lock().unwrap();

@@ -1,22 +1,27 @@
 //! The picture: an SVG with one panel below the other, one for each unit.
 
 use std::ops::Range;
+use std::time::Duration;
 
 use plotters::coord::ranged1d::{KeyPointHint, Ranged, ValueFormatter};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::super::clock::Clock;
 use super::thin::Point;
 
 /// The width of the picture, and the height of a panel, in pixels.
 const WIDTH: u32 = 1000;
 const PANEL: u32 = 230;
 const TITLE: u32 = 40;
-/// Below the last panel are the times.
+/// Below the last panel are the times, and the times of day.
 const TIMES: u32 = 45;
+const TIMES_OF_DAY: u32 = 18;
 /// A line of names above each panel, and each line more that they need.
 const NAMES: u32 = 26;
 const MORE_NAMES: u32 = 20;
+/// About how many times are written.
+const X_LABELS: usize = 12;
 const LEFT: u32 = 80;
 const RIGHT: u32 = 30;
 
@@ -25,6 +30,7 @@ const GROUND: (RGBColor, &str) = (RGBColor(0xFF, 0xFF, 0xFF), "#0D1117");
 const INK: (RGBColor, &str) = (RGBColor(0x1F, 0x23, 0x28), "#E6EDF3");
 const GRID: (RGBColor, &str) = (RGBColor(0xD9, 0xDE, 0xE3), "#30363D");
 const GAP: (RGBColor, &str) = (RGBColor(0xF1, 0xDC, 0xDC), "#4A2326");
+const UNUSUAL: (RGBColor, &str) = (RGBColor(0xBF, 0x87, 0x00), "#D29922");
 const LINES: [(RGBColor, &str); 8] = [
     (RGBColor(0x09, 0x69, 0xDA), "#58A6FF"),
     (RGBColor(0xBC, 0x4C, 0x00), "#F0883E"),
@@ -47,12 +53,16 @@ pub(super) struct Picture {
     pub(super) title: String,
     /// What times are since.
     pub(super) since: &'static str,
+    /// The times of day, if they are drawn, too.
+    pub(super) clock: Option<Clock>,
     pub(super) time: Range<f64>,
     pub(super) panels: Vec<Panel>,
     /// When there was no connection.
     pub(super) gaps: Vec<Range<f64>>,
     /// When something happened that is drawn as a tick.
     pub(super) ticks: Vec<f64>,
+    /// When something was unusual, and its number if it has one.
+    pub(super) unusual: Vec<(f64, Option<usize>)>,
     /// Whether it is of two recordings, of which the second is drawn over the wide lines of the first.
     pub(super) two: bool,
     /// Where they differ first.
@@ -79,7 +89,8 @@ type Failed<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::Error
 
 /// The picture as SVG.
 pub(super) fn svg(picture: &Picture) -> anyhow::Result<String> {
-    let height = TITLE + picture.panels.iter().map(panel_height).sum::<u32>() + TIMES;
+    let height =
+        TITLE + picture.panels.iter().map(panel_height).sum::<u32>() + times_height(picture);
     let mut svg = String::new();
     let root = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
     draw(picture, &root).map_err(|error| anyhow::anyhow!("the picture can't be drawn: {error}"))?;
@@ -93,6 +104,7 @@ fn draw<'a>(picture: &Picture, root: &Area<'a>) -> Result<(), Failed<'a>> {
     let notes = [
         ("shaded: no connection", picture.gaps.is_empty()),
         (TICK, picture.ticks.is_empty()),
+        ("yellow: unusual", picture.unusual.is_empty()),
         (MARK, picture.mark.is_none()),
     ];
     let notes: Vec<&str> = notes.iter().filter(|(_, none)| !none).map(|(note, _)| *note).collect();
@@ -101,8 +113,9 @@ fn draw<'a>(picture: &Picture, root: &Area<'a>) -> Result<(), Failed<'a>> {
     let mut rest = root.split_vertically(TITLE).1;
     for (index, panel) in picture.panels.iter().enumerate() {
         let is_last = index + 1 == picture.panels.len();
-        let (area, below) =
-            rest.split_vertically(panel_height(panel) + if is_last { TIMES } else { 0 });
+        let (area, below) = rest.split_vertically(
+            panel_height(panel) + if is_last { times_height(picture) } else { 0 },
+        );
         draw_panel(picture, panel, &area, is_last)?;
         rest = below;
     }
@@ -128,7 +141,10 @@ fn draw_panel<'a>(
         .margin_right(RIGHT)
         .margin_bottom(10)
         .set_label_area_size(LabelAreaPosition::Left, LEFT)
-        .set_label_area_size(LabelAreaPosition::Bottom, if with_times { TIMES } else { 0 })
+        .set_label_area_size(
+            LabelAreaPosition::Bottom,
+            if with_times { times_height(picture) } else { 0 },
+        )
         .build_cartesian_2d(Times(picture.time.clone()), values.clone())?;
     for gap in &picture.gaps {
         let corners = [(gap.start, values.start), (gap.end, values.end)];
@@ -141,8 +157,8 @@ fn draw_panel<'a>(
         .light_line_style(TRANSPARENT)
         .label_style(text(15))
         .axis_desc_style(text(16))
-        .x_desc(if with_times { format!("time since {}", picture.since) } else { String::new() })
-        .x_labels(12)
+        .x_desc(if with_times { times_name(picture) } else { String::new() })
+        .x_labels(X_LABELS)
         // A lane has no numbers.
         .y_labels(if lane > 0.0 { 0 } else { 5 })
         .y_label_formatter(&|value| number(*value))
@@ -152,9 +168,21 @@ fn draw_panel<'a>(
         let ends = [(*at, values.start), (*at, tick)];
         chart.draw_series([PathElement::new(ends, INK.0.stroke_width(2))])?;
     }
+    for (at, number) in &picture.unusual {
+        let ends = [(*at, values.start), (*at, values.end)];
+        chart.draw_series([PathElement::new(ends, UNUSUAL.0.stroke_width(1))])?;
+        let number = number.map_or(String::new(), |number| format!(" {number}"));
+        let style = text(15).color(&UNUSUAL.0);
+        chart.draw_series([Text::new(number, (*at, values.end), style)])?;
+    }
     if let Some(at) = picture.mark {
         let ends = [(at, values.start), (at, values.end)];
         chart.draw_series([PathElement::new(ends, INK.0.stroke_width(1))])?;
+    }
+    if let Some(clock) = picture.clock.as_ref().filter(|_| with_times) {
+        draw_times_of_day(&picture.time, clock, &area, |at| {
+            chart.backend_coord(&(at, values.start))
+        })?;
     }
     let lanes = (0..panel.lines.len()).rev().map(|below| below as f64 * lane);
     for ((line, raised), (colour, _)) in panel.lines.iter().zip(lanes).zip(LINES.iter().cycle()) {
@@ -166,6 +194,51 @@ fn draw_panel<'a>(
                 chart.draw_series(LineSeries::new(part, style))?;
             }
         }
+    }
+    Ok(())
+}
+
+fn times_height(picture: &Picture) -> u32 {
+    TIMES + if picture.clock.is_some() { TIMES_OF_DAY } else { 0 }
+}
+
+/// What the times below the last panel are.
+fn times_name(picture: &Picture) -> String {
+    let since = format!("time since {}", picture.since);
+    match &picture.clock {
+        Some(clock) => {
+            let begin = clock.date(since_beginning(picture.time.start));
+            format!("{since}; time of day, from {begin} on")
+        }
+        None => since,
+    }
+}
+
+fn since_beginning(seconds: f64) -> Duration {
+    Duration::try_from_secs_f64(seconds).unwrap_or_default()
+}
+
+/// Below each time its time of day. The place is that of a time on the axis.
+fn draw_times_of_day<'a>(
+    time: &Range<f64>,
+    clock: &Clock,
+    area: &Area<'a>,
+    place: impl Fn(f64) -> (i32, i32),
+) -> Result<(), Failed<'a>> {
+    let (columns, rows) = area.get_pixel_range();
+    let style = text(15).pos(Pos::new(HPos::Center, VPos::Top));
+    let length = time.end - time.start;
+    let digits = if length < 0.1 {
+        3
+    } else if length < 10.0 {
+        2
+    } else {
+        0
+    };
+    for at in Times(time.clone()).key_points(X_LABELS) {
+        let (x, y) = place(at);
+        let label = clock.label(since_beginning(at), digits);
+        area.draw_text(&label, &style, (x - columns.start, y - rows.start + 24))?;
     }
     Ok(())
 }
@@ -296,7 +369,7 @@ impl ValueFormatter<f64> for Times {
 
 /// Adds the colours on a dark ground. Programs that don't know them show the light ones.
 fn with_dark_colours(svg: &str) -> String {
-    let colours = [GROUND, INK, GRID, GAP].into_iter().chain(LINES);
+    let colours = [GROUND, INK, GRID, GAP, UNUSUAL].into_iter().chain(LINES);
     let rules: String = colours
         .map(|(RGBColor(red, green, blue), dark)| {
             let light = format!("#{red:02X}{green:02X}{blue:02X}");

@@ -2,6 +2,7 @@
 
 mod draw;
 mod html;
+mod marks;
 mod thin;
 mod tracks;
 mod two;
@@ -14,6 +15,8 @@ use anyhow::{bail, Context};
 use ft_transfer_area_recorder::{Column, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::clock::Clock;
+use super::part::Part;
 use super::whole::say_what_is_missing;
 use crate::{names, print};
 use draw::Picture;
@@ -24,7 +27,9 @@ const AFTER: &str = "\
 There is one panel for each unit. Without terminals, all inputs, counters and motors that change are
 drawn. The picture follows the light or dark setting of what shows it. Where there was no connection,
 or the file is damaged, it is shaded. A tick at the bottom is a motor that has reached its distance or is stalled, or an
-extension that came or went.
+extension that came or went. Below the seconds since the beginning is the time of day in this
+computer's time zone. A yellow line is an unusual moment with its number in txt info; those in the
+picture are printed, too. A part of it is given by seconds or by times of day, as in --from 03:12.
 
 With --html it is a page for a browser, which needs no network: choose terminals, zoom, and read values
 at a cursor.
@@ -49,12 +54,8 @@ pub(crate) struct Args {
     /// Write a page for a browser instead of a picture
     #[arg(long, value_name = "FILE.html", conflicts_with = "output")]
     html: Option<PathBuf>,
-    /// Begin at this second of the recording
-    #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = second)]
-    from: f64,
-    /// End at this second of the recording [default: its end]
-    #[arg(long, value_name = "S", value_parser = second)]
-    to: Option<f64>,
+    #[command(flatten)]
+    part: Part,
     /// The line above the picture [default: the recording's name]
     #[arg(long)]
     title: Option<String>,
@@ -69,24 +70,27 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         bail!("{}: {NAME}", output.display());
     }
     let names = args.names.read()?;
-    let to = args.to.unwrap_or(f64::INFINITY);
-    if args.from >= to {
-        bail!("--from has to be before --to");
-    }
+    let part = args.part.of(&args.recording)?;
     let mut recording = Recording::open(&args.recording)?;
-    let mut tracks = Tracks::new(args.terminals, names, args.from..to);
+    let clock = Clock::of(recording.started());
+    let part = part.start.as_secs_f64()..part.end.as_secs_f64();
+    let mut tracks = Tracks::new(args.terminals, names, part).with_unusual();
     if args.html.is_some() {
         tracks = tracks.finer(html::BUCKETS);
     }
     read(&mut recording, &mut tracks, Duration::ZERO)?;
     say_what_is_missing(&recording, &args.recording, ": it is drawn up to there");
     let file = args.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    if let Some(output) = args.html {
-        html::save(tracks, &file, args.title, &output)?;
-        return print::line(output.display());
-    }
-    let picture = tracks.picture(&file, args.title)?;
-    save(&picture, &output)?;
+    let unusual = tracks.unusual_lines(&clock);
+    let output = if let Some(html) = args.html {
+        html::save(tracks, &file, args.title, &html)?;
+        html
+    } else {
+        save(&tracks.picture(&file, args.title, clock)?, &output)?;
+        output
+    };
+    // The name of the file is for scripts.
+    unusual.iter().for_each(|line| eprintln!("{}", print::clean(line)));
     print::line(output.display())
 }
 
@@ -128,10 +132,4 @@ fn read(recording: &mut Recording, tracks: &mut Tracks, begin: Duration) -> anyh
     }
     progress.finish_and_clear();
     Ok(())
-}
-
-/// A time in a recording.
-fn second(text: &str) -> Result<f64, &'static str> {
-    let second = text.parse().ok().filter(|second: &f64| second.is_finite() && *second >= 0.0);
-    second.ok_or("seconds are expected, 0 or more, such as 12 or 12.5")
 }

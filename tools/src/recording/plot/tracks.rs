@@ -6,7 +6,9 @@ use anyhow::bail;
 use ft_transfer_area::EventKind;
 use ft_transfer_area_recorder::{Column, Cycle, Entry, Recorded, Transfer};
 
+use super::super::clock::Clock;
 use super::draw::{Line, Panel, Picture};
+use super::marks::Marks;
 use super::thin::Thin;
 use crate::names::Names;
 use crate::print;
@@ -41,6 +43,8 @@ pub(super) struct Tracks {
     lost_since: Option<f64>,
     last_cycle: Option<f64>,
     ticks: Vec<f64>,
+    /// What is unusual, if that is drawn.
+    marks: Option<Marks>,
     /// The names of those that answer.
     controllers: Vec<String>,
 }
@@ -67,6 +71,7 @@ impl Tracks {
             lost_since: None,
             last_cycle: None,
             ticks: Vec::new(),
+            marks: None,
             controllers: Vec::new(),
         }
     }
@@ -76,12 +81,21 @@ impl Tracks {
         Self { buckets: Some(buckets), ..self }
     }
 
+    /// What is unusual is drawn, too.
+    pub(super) fn with_unusual(self) -> Self {
+        Self { marks: Some(Marks::default()), ..self }
+    }
+
     /// Takes an entry in. Returns whether later ones are wanted.
     pub(super) fn take(&mut self, entry: Entry) -> bool {
         let at = entry.at.as_secs_f64();
         let is_wanted = at >= self.wanted.start;
         if at > self.wanted.end {
-            return false;
+            // An event may be in the file before its cycle, so only a cycle is the end.
+            return !matches!(entry.what, Recorded::Cycle(_));
+        }
+        if let Some(marks) = &mut self.marks {
+            marks.look(&entry, is_wanted);
         }
         match entry.what {
             Recorded::Cycle(cycle) => {
@@ -149,7 +163,12 @@ impl Tracks {
     }
 
     /// The picture. An error says what is missing.
-    pub(super) fn picture(mut self, file: &str, title: Option<String>) -> anyhow::Result<Picture> {
+    pub(super) fn picture(
+        mut self,
+        file: &str,
+        title: Option<String>,
+        clock: Clock,
+    ) -> anyhow::Result<Picture> {
         let seen = self.ensure_seen(file)?;
         let panels = self.panels();
         if panels.is_empty() {
@@ -160,10 +179,12 @@ impl Tracks {
             title,
             gaps: self.take_gaps(),
             ticks: self.ticks().collect(),
+            unusual: self.marks.as_ref().map(Marks::places).unwrap_or_default(),
             panels,
             // A single cycle has no length.
             time: seen.start..seen.end.max(seen.start + 0.01),
             since: "the beginning of the recording",
+            clock: Some(clock),
             two: false,
             mark: None,
         })
@@ -188,6 +209,11 @@ impl Tracks {
             "" => file.to_owned(),
             names => format!("{file} ({})", print::clean(names)),
         })
+    }
+
+    /// What is unusual in the picture, as lines for people.
+    pub(super) fn unusual_lines(&self, clock: &Clock) -> Vec<String> {
+        self.marks.as_ref().map(|marks| marks.lines(clock)).unwrap_or_default()
     }
 
     /// The first and the last cycle.

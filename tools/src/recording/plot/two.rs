@@ -50,9 +50,11 @@ fn picture(mut both: [Tracks; 2], title: String, mark: Option<f64>) -> anyhow::R
         // A single cycle has no length.
         time: time.start..time.end.max(time.start + 0.01),
         since: "the first cycle",
+        clock: None,
         panels,
         gaps,
         ticks,
+        unusual: Vec::new(),
         two: true,
         mark,
     })

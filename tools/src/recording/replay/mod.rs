@@ -4,6 +4,7 @@ mod compare;
 mod ids;
 mod player;
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -13,6 +14,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError};
 use ft_transfer_area::{FirmwareVersion, PORT};
 use ft_transfer_area_simulator::SimulatedTxt;
 
+use super::part::Part;
 use super::survey::Survey;
 use super::whole::say_what_is_damaged;
 use crate::{interrupt, print};
@@ -26,7 +28,8 @@ A simulated TXT whose answer number k has the inputs that were recorded in cycle
 the lost connections and the wrong answers of the recording. Run the program of the recording
 against it: it decides and ends in the same way. When the program leaves, txt says where its outputs
 first differed; how a client stops the motors before it leaves does not count as a difference. After
-the last cycle the inputs stay as they are. A program that connects or goes online again goes on
+the last cycle the inputs stay as they are. With --from the first answer is the first recorded one
+from then on, and the recorded program does not begin there but goes on. A program that connects or goes online again goes on
 with what the recorded one did then. After the last recorded connection the next one begins the
 recording again.
 
@@ -38,6 +41,8 @@ Example: txt replay run.mcap      then run the program with the host 127.0.0.1";
 pub(crate) struct Args {
     /// The recording
     file: PathBuf,
+    #[command(flatten)]
+    part: Part,
     /// The port, 0 for a free one
     #[arg(long, default_value_t = PORT)]
     port: u16,
@@ -55,6 +60,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         say_what_is_damaged(damage, &args.file);
     }
     anyhow::ensure!(survey.cycles > 0, "{} has no cycles to replay", args.file.display());
+    let part = args.part.within(&survey)?;
     if let Some(later) = survey.later_controllers.first() {
         log::warn!(
             "from {:.2} s on {}, answered; all is replayed as {}",
@@ -64,19 +70,32 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         );
     }
     let interrupted = interrupt::receiver()?;
-    let player = Player::open(args.file.clone(), !args.fast)?;
+    let mut player = Player::open(args.file.clone(), part.clone(), !args.fast)?;
+    let file = args.file.display();
+    anyhow::ensure!(player.has_cycles()?, "{file} has no cycle in this time");
+    let (of_part, in_all) = match args.part.is_all() {
+        true => (String::new(), ""),
+        false => (of_part(&survey, &part), " in all"),
+    };
     let player = Arc::new(Mutex::new(player));
     let txt = start(&survey, args.port, &player)?;
     let [name, firmware] = survey.controller().map(print::clean);
     print::line(format_args!(
-        "Replays {} ({name}, firmware {firmware}, {} cycles) at 127.0.0.1:{}. Ctrl-C ends it.",
-        args.file.display(),
+        "Replays {file}{of_part} ({name}, firmware {firmware}, {} cycles{in_all}) at 127.0.0.1:{}. Ctrl-C ends it.",
         survey.cycles,
         txt.port()
     ))?;
     let same = serve(&txt, &player, &interrupted, args.once)?;
     anyhow::ensure!(same || !args.once, "the program did not do the same");
     Ok(())
+}
+
+/// Of which part of it, in words.
+fn of_part(survey: &Survey, part: &Range<Duration>) -> String {
+    let end = part.end.min(survey.length);
+    let [from, to] = [part.start, end]
+        .map(|at| format!("{} ({:.2} s)", survey.clock.of_day(at), at.as_secs_f64()));
+    format!(" from {from} to {to}")
 }
 
 fn start(survey: &Survey, port: u16, player: &Arc<Mutex<Player>>) -> anyhow::Result<SimulatedTxt> {

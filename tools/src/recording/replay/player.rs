@@ -1,6 +1,7 @@
 //! Answers exchange by exchange as a recording says.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -21,6 +22,10 @@ const AFTER_ALL_ATTEMPTS: Duration = Duration::from_secs(1);
 pub(super) struct Player {
     path: PathBuf,
     recording: Recording,
+    /// What is played of it.
+    part: Range<Duration>,
+    /// The last picture before that.
+    picture_before: Option<Vec<u8>>,
     /// Entries that were looked at before their turn.
     ahead: VecDeque<Entry>,
     /// Whether times are as recorded.
@@ -55,11 +60,13 @@ pub(super) struct Run {
 }
 
 impl Player {
-    pub(super) fn open(path: PathBuf, paced: bool) -> Result<Self, Error> {
+    pub(super) fn open(path: PathBuf, part: Range<Duration>, paced: bool) -> Result<Self, Error> {
         let recording = Recording::open(&path)?;
         Ok(Self {
             path,
             recording,
+            part,
+            picture_before: None,
             ahead: VecDeque::new(),
             paced,
             session: (0, 0),
@@ -73,6 +80,11 @@ impl Player {
 
     pub(super) fn run(&self) -> &Run {
         &self.run
+    }
+
+    /// Whether there is anything to play.
+    pub(super) fn has_cycles(&mut self) -> Result<bool, Error> {
+        self.find_cycle(|_| {})
     }
 
     /// The gap is over.
@@ -106,6 +118,9 @@ impl Player {
         let before = std::mem::replace(&mut self.session, session);
         if session != before {
             self.begin_session(session.0 == before.0)?;
+            if let Some(jpeg) = self.picture_before.take() {
+                machine.set_camera_picture(Some(jpeg));
+            }
         }
         // It goes on, so it did not stop there.
         let at_stop = self.at_stop.take();
@@ -291,7 +306,7 @@ impl Player {
         let is_cycle = |entry: &Entry| matches!(entry.what, Recorded::Cycle(_));
         let mut found = self.ahead.iter().any(is_cycle);
         while !found {
-            let Some(entry) = self.recording.next().transpose()? else { break };
+            let Some(entry) = self.read()? else { break };
             see(&entry);
             found = is_cycle(&entry);
             keep(&mut self.ahead, entry);
@@ -353,9 +368,26 @@ impl Player {
     /// The next entry.
     fn peek(&mut self) -> Result<Option<&Entry>, Error> {
         if self.ahead.is_empty() {
-            self.ahead.extend(self.recording.next().transpose()?);
+            let next = self.read()?;
+            self.ahead.extend(next);
         }
         Ok(self.ahead.front())
+    }
+
+    /// The next entry of what is played.
+    fn read(&mut self) -> Result<Option<Entry>, Error> {
+        while let Some(entry) = self.recording.next().transpose()? {
+            match entry.what {
+                // An event may be in the file before its cycle, so only a cycle is the end.
+                Recorded::Cycle(_) if entry.at > self.part.end => return Ok(None),
+                _ if self.part.contains(&entry.at) => return Ok(Some(entry)),
+                Recorded::Picture(jpeg) if entry.at < self.part.start => {
+                    self.picture_before = Some(jpeg);
+                }
+                _ => {}
+            }
+        }
+        Ok(None)
     }
 }
 
@@ -364,7 +396,7 @@ impl Player {
 fn keep(ahead: &mut VecDeque<Entry>, entry: Entry) {
     let is_picture = |entry: &Entry| matches!(entry.what, Recorded::Picture(_));
     match entry.what {
-        Recorded::Event(_) | Recorded::Missing => return,
+        Recorded::Event(_) | Recorded::Statistics(_) | Recorded::Missing => return,
         Recorded::Picture(_) => ahead.retain(|one| !is_picture(one)),
         _ => {}
     }
@@ -425,7 +457,7 @@ mod tests {
             recorder.frames().record(&CameraFrame::new(picture.to_vec()));
         }
         assert_eq!(recorder.finish().unwrap().frames, 10);
-        let mut player = Player::open(path, false).unwrap();
+        let mut player = Player::open(path, Duration::ZERO..Duration::MAX, false).unwrap();
         while player.find_cycle(|_| {}).unwrap() {
             player.ahead.clear();
         }

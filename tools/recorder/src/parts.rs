@@ -1,0 +1,170 @@
+//! A recording in several files, of which the oldest are deleted.
+
+use std::collections::VecDeque;
+use std::fs::{self, File};
+use std::io::{self, ErrorKind};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// When a recording goes on in a new file, and how much of it is kept.
+///
+/// A recording into `run.mcap` has the files `run-0001.mcap`, `run-0002.mcap` and so on. It never replaces a file: if
+/// there are some of an earlier recording, it goes on with the number after the highest one. It deletes only files
+/// that it has made itself.
+///
+/// Each part can be read without the others: it begins with the name of the controller and its firmware, as
+/// [`Transfer::Began`](crate::Transfer::Began). Each cycle is in exactly one part.
+///
+/// ```
+/// use ft_transfer_area_recorder::{Options, Parts};
+///
+/// let parts = Parts::of_bytes(100_000_000).keep(2_000_000_000);
+/// let options = Options::default().parts(parts);
+/// # let _ = options;
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parts {
+    bytes: u64,
+    time: Duration,
+    keep: u64,
+}
+
+impl Parts {
+    /// A new file when one has about this size: up to a second of recording and the index come on top.
+    pub fn of_bytes(bytes: u64) -> Self {
+        Self { bytes, time: Duration::MAX, keep: u64::MAX }
+    }
+
+    /// A new file after this time.
+    pub fn of_time(time: Duration) -> Self {
+        Self { bytes: u64::MAX, time, keep: u64::MAX }
+    }
+
+    /// Deletes the oldest files, so that all of them together stay below this size. No file gets larger than half
+    /// of it, so that there is always an earlier one.
+    #[must_use]
+    pub fn keep(self, bytes: u64) -> Self {
+        Self { keep: bytes, ..self }
+    }
+}
+
+/// What may come into a file before it is looked at again.
+const AT_ONCE: u64 = 1 << 20;
+
+/// The files of a recording.
+pub(crate) struct Files {
+    parts: Parts,
+    /// As `run-` and `.mcap`.
+    name: [String; 2],
+    folder: PathBuf,
+    /// Of the next file.
+    number: u64,
+    /// Those that are written, with their sizes; the oldest first.
+    made: VecDeque<(PathBuf, u64)>,
+    /// Since when the newest one is written.
+    since: Instant,
+}
+
+impl Files {
+    /// The files beside this path, of which none is made yet.
+    pub(crate) fn beside(path: &Path, parts: Parts) -> io::Result<Self> {
+        let part = |part: Option<&std::ffi::OsStr>| {
+            part.map(|part| part.to_string_lossy().into_owned()).unwrap_or_default()
+        };
+        let (stem, end) = (part(path.file_stem()), part(path.extension()));
+        let end = if end.is_empty() { end } else { format!(".{end}") };
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new(".")).to_owned();
+        let name = [format!("{stem}-"), end];
+        let mut number = 1;
+        for entry in fs::read_dir(&folder)? {
+            let there = entry?.file_name();
+            number = number.max(number_in(&there.to_string_lossy(), &name).map_or(0, |it| it + 1));
+        }
+        let made = VecDeque::new();
+        Ok(Self { parts, name, folder, number, made, since: Instant::now() })
+    }
+
+    /// Makes the next file.
+    pub(crate) fn make(&mut self) -> io::Result<(PathBuf, File)> {
+        loop {
+            let [stem, end] = &self.name;
+            let path = self.folder.join(format!("{stem}{:04}{end}", self.number));
+            self.number += 1;
+            match File::create_new(&path) {
+                Ok(file) => {
+                    self.since = Instant::now();
+                    return Ok((path, file));
+                }
+                // Somebody else has made it meanwhile.
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Whether the next one is to begin when the newest has this size.
+    pub(crate) fn is_full(&self, bytes: u64) -> bool {
+        bytes >= self.parts.bytes.min(self.parts.keep / 2)
+            || self.since.elapsed() >= self.parts.time
+    }
+
+    /// This file is written.
+    pub(crate) fn done(&mut self, path: PathBuf, bytes: u64) {
+        self.made.push_back((path, bytes));
+    }
+
+    /// Deletes the oldest ones, as long as there is too much, when the newest has this size.
+    pub(crate) fn delete_oldest(&mut self, bytes: u64) {
+        let keep = self.parts.keep - AT_ONCE.min(self.parts.keep / 8);
+        let mut all = self.made.iter().map(|(_, size)| size).sum::<u64>();
+        while all.saturating_add(bytes) > keep {
+            let Some((oldest, size)) = self.made.pop_front() else { return };
+            all -= size;
+            match fs::remove_file(&oldest) {
+                Ok(()) => {}
+                Err(error) if error.kind() == ErrorKind::NotFound => {}
+                Err(error) => log::warn!("{} can't be deleted: {error}", oldest.display()),
+            }
+        }
+    }
+}
+
+/// The number in the name of a file, if it is a part with this name.
+fn number_in(file: &str, [stem, end]: &[String; 2]) -> Option<u64> {
+    let number = file.strip_prefix(&**stem)?.strip_suffix(&**end)?;
+    number.parse().ok().filter(|number| *number < u64::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn files_go_on_after_the_highest_number_and_only_own_ones_are_deleted() {
+        let folder = tempfile::tempdir().unwrap();
+        for other in ["run-0007.mcap", "run.mcap", "run-x.mcap", "other-0009.mcap"] {
+            fs::write(folder.path().join(other), [0; 3000]).unwrap();
+        }
+        let parts = Parts::of_bytes(1 << 40).keep(3200);
+        let mut files = Files::beside(&folder.path().join("run.mcap"), parts).unwrap();
+        for _ in 0..5 {
+            let (path, _) = files.make().unwrap();
+            assert!(!files.is_full(1599) && files.is_full(1600), "half of what is kept");
+            files.done(path, 1000);
+            files.delete_oldest(500);
+        }
+        let own = ["run-0011.mcap", "run-0012.mcap"];
+        let others = ["other-0009.mcap", "run-0007.mcap"];
+        let expected = [&others[..], &own, &["run-x.mcap", "run.mcap"]].concat();
+        assert_eq!(names(folder.path()), expected);
+    }
+}

@@ -1,0 +1,58 @@
+//! The file into which a recording goes now.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use mcap::McapResult;
+
+use crate::parts::{Files, Parts};
+use crate::writer::Writer;
+
+/// The file that is being written, and those before it.
+pub(crate) struct Target {
+    pub(crate) writer: Writer,
+    newest: PathBuf,
+    files: Option<Files>,
+}
+
+impl Target {
+    /// The first file. A single one takes the place of an earlier one.
+    pub(crate) fn create(path: PathBuf, parts: Option<Parts>) -> McapResult<Self> {
+        let mut files = parts.map(|parts| Files::beside(&path, parts)).transpose()?;
+        let (newest, file) = match &mut files {
+            Some(files) => files.make()?,
+            None => {
+                let file = File::create(&path)?;
+                (path, file)
+            }
+        };
+        Ok(Self { writer: Writer::new(file)?, newest, files })
+    }
+
+    pub(crate) fn newest(&self) -> &Path {
+        &self.newest
+    }
+
+    /// Goes on in a new file if this one is full, and returns whether it was. What comes next is of this time.
+    pub(crate) fn begin_part_if_full(&mut self, at: Instant) -> McapResult<bool> {
+        let bytes = self.writer.bytes();
+        let Some(files) = self.files.as_mut().filter(|files| files.is_full(bytes)) else {
+            return Ok(false);
+        };
+        let (path, file) = files.make()?;
+        let next = self.writer.next_part(file, at)?;
+        let full = std::mem::replace(&mut self.newest, path);
+        let bytes = std::mem::replace(&mut self.writer, next).finish()?;
+        files.done(full, bytes);
+        self.delete_oldest();
+        Ok(true)
+    }
+
+    /// Deletes what is not kept.
+    pub(crate) fn delete_oldest(&mut self) {
+        if let Some(files) = &mut self.files {
+            files.delete_oldest(self.writer.bytes());
+        }
+    }
+}
