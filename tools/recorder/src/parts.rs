@@ -59,7 +59,7 @@ pub(crate) struct Files {
     folder: PathBuf,
     /// Of the next file.
     number: u64,
-    /// Those that are written, with their sizes; the oldest first.
+    /// Those that are written and may be deleted, with their sizes; the oldest first.
     made: VecDeque<(PathBuf, u64)>,
     /// Since when the newest one is written.
     since: Instant,
@@ -111,7 +111,10 @@ impl Files {
 
     /// This file is written.
     pub(crate) fn done(&mut self, path: PathBuf, bytes: u64) {
-        self.made.push_back((path, bytes));
+        // Without a limit for all of them, a recording may have any number of parts.
+        if self.parts.keep < u64::MAX {
+            self.made.push_back((path, bytes));
+        }
     }
 
     /// Deletes the oldest ones, as long as there is too much, when the newest has this size.
@@ -161,10 +164,21 @@ mod tests {
             assert!(!files.is_full(1599) && files.is_full(1600), "half of what is kept");
             files.done(path, 1000);
             files.delete_oldest(500);
+            assert!(files.made.len() <= 2);
         }
         let own = ["run-0011.mcap", "run-0012.mcap"];
         let others = ["other-0009.mcap", "run-0007.mcap"];
         let expected = [&others[..], &own, &["run-x.mcap", "run.mcap"]].concat();
         assert_eq!(names(folder.path()), expected);
+    }
+
+    #[test]
+    fn files_that_all_stay_are_not_remembered() {
+        let parts = Parts::of_bytes(1000);
+        let folder = tempfile::tempdir().unwrap();
+        let mut files = Files::beside(&folder.path().join("run.mcap"), parts).unwrap();
+        files.done("run-0001.mcap".into(), 1000);
+        files.delete_oldest(500);
+        assert!(files.made.is_empty());
     }
 }
