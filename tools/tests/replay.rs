@@ -99,6 +99,15 @@ impl Replay {
         Self { running, port }
     }
 
+    /// A client that is online, without a library that ends well.
+    fn online(&self) -> (TxtClient, Exchange) {
+        let address = format!("127.0.0.1:{}", self.port);
+        let mut client = TxtClient::connect(address, TimeLimits::default()).unwrap();
+        let version = client.query_status().unwrap().version;
+        client.start_online().unwrap();
+        (client, Exchange::new(TransferMode::Compressed, version))
+    }
+
     /// Waits until it ends; returns whether it ended well, and what it said.
     fn end(self) -> (bool, String) {
         let output = self.running.end();
@@ -169,11 +178,7 @@ fn a_part_of_a_recording_is_replayed() {
     let before = |cycle: usize| ((cycles[cycle - 1].0 + cycles[cycle].0) / 2).as_secs_f64();
     let [from, to] = [before(100), before(104)].map(|at| at.to_string());
     let replay = Replay::start(&path, &["--fast", "--once", "--from", &from, "--to", &to]);
-    let mut client =
-        TxtClient::connect(format!("127.0.0.1:{}", replay.port), TimeLimits::default()).unwrap();
-    let version = client.query_status().unwrap().version;
-    client.start_online().unwrap();
-    let mut exchange = Exchange::new(TransferMode::Compressed, version);
+    let (mut client, mut exchange) = replay.online();
     let mut areas = [FishX1Transfer::default()];
     areas[LOCAL_IO].output.duty[0] = DUTY_MAX;
     let counts = [100, 101, 102, 103, 103].map(|cycle: usize| {
@@ -194,11 +199,7 @@ fn a_program_that_leaves_sooner_or_later_is_told_so() {
     record(&path, None, 1);
     let replay = Replay::start(&path, &["--fast", "--once"]);
     // One that was killed, so it has stopped no motors.
-    let mut killed =
-        TxtClient::connect(format!("127.0.0.1:{}", replay.port), TimeLimits::default()).unwrap();
-    let version = killed.query_status().unwrap().version;
-    killed.start_online().unwrap();
-    let mut exchange = Exchange::new(TransferMode::Compressed, version);
+    let (mut killed, mut exchange) = replay.online();
     let mut areas = [FishX1Transfer::default()];
     areas[LOCAL_IO].output.duty[0] = DUTY_MAX;
     (0..5).for_each(|_| killed.do_transfer(&mut exchange, &mut areas).unwrap());
@@ -237,11 +238,7 @@ fn play(path: &str, stop: &Stop) -> (bool, String) {
         _ => None,
     });
     let recorded: Vec<FishX1Transfer> = recorded.collect();
-    let mut client =
-        TxtClient::connect(format!("127.0.0.1:{}", replay.port), TimeLimits::default()).unwrap();
-    let version = client.query_status().unwrap().version;
-    client.start_online().unwrap();
-    let mut exchange = Exchange::new(TransferMode::Compressed, version);
+    let (mut client, mut exchange) = replay.online();
     let mut areas = [FishX1Transfer::default()];
     let (last, others) = recorded.split_last().unwrap();
     assert_eq!(last.output.duty, [0; 8], "the recorded program stops the motors");

@@ -65,15 +65,11 @@ impl Part {
         if times.into_iter().any(of_day) || self.unusual.is_some() {
             return self.within(&Survey::of(path)?);
         }
-        self.find(&Survey::default())
+        self.within(&Survey::default())
     }
 
     /// From when to when it is in a recording that was surveyed.
     pub(super) fn within(&self, survey: &Survey) -> anyhow::Result<Range<Duration>> {
-        self.find(survey)
-    }
-
-    fn find(&self, survey: &Survey) -> anyhow::Result<Range<Duration>> {
         let around = match (self.around, self.unusual) {
             (Some(time), _) => Some(find(time, Duration::ZERO, survey)?),
             (None, Some(number)) => Some(unusual(number, survey)?),

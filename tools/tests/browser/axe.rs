@@ -2,7 +2,6 @@
 //!
 //! It runs when `AXE_JS` names the file axe.min.js, as `.ci/run` does.
 
-use std::process::Command;
 use std::{env, fs};
 
 use anyhow::{ensure, Context, Result};
@@ -10,8 +9,9 @@ use serde_json::{json, Value};
 
 use super::driver::{browse, Beyond};
 use super::page::{Lesson, Page, Panel};
+use super::plot;
 use super::txt::simulated_txt;
-use crate::{names, plot};
+use crate::names;
 
 /// All rules, and two that axe-core leaves out: labels begin with what is seen, and nothing is too small for a finger.
 const FIND: &str = "const done = arguments[arguments.length - 1];
@@ -98,12 +98,8 @@ fn axe_finds_nothing() -> Result<()> {
         page.wait_for(".machine .world").await?;
         axe.ensure_finds_nothing(&page, "a lesson").await?;
 
-        let (_folder, recording) = plot::recording();
-        let html = recording.with_extension("html");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
-        command.arg("plot").arg(recording).arg("--html").arg(&html);
-        ensure!(command.output()?.status.success(), "txt plot has failed");
-        client.goto(&format!("file://{}", html.display())).await?;
+        let (_folder, url) = plot::recording()?;
+        client.goto(&url).await?;
         page.wait_for(".plot-chart canvas").await?;
         axe.ensure_finds_nothing(&page, "a recording").await
     })

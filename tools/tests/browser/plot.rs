@@ -5,6 +5,7 @@ use std::process::Command;
 use anyhow::{ensure, Result};
 use fantoccini::key::Key;
 use serde_json::json;
+use tempfile::TempDir;
 
 use super::driver::browse;
 use super::page::{Page, Panel};
@@ -44,17 +45,23 @@ fn the_plotter_shows_terminals_over_time_in_the_panel_and_of_a_recording() -> Re
         page.wait_for(".plot [aria-expanded=false]").await?;
         page.ensure_no_console_errors().await?;
 
-        let (_folder, recording) = plot::recording();
-        let html = recording.with_extension("html");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
-        command.arg("plot").arg(recording).arg("--html").arg(&html);
-        ensure!(command.output()?.status.success(), "txt plot has failed");
-        client.goto(&format!("file://{}", html.display())).await?;
+        let (_folder, url) = recording()?;
+        client.goto(&url).await?;
         page.wait_for_value(DRAWN, ".plot-line .plot-colour", |count| count.as_u64() > Some(200))
             .await?;
         ensure_cursor_shows_values(&page).await?;
         page.ensure_no_console_errors().await
     })
+}
+
+/// A folder with the page of a recording, and the page's address.
+pub(super) fn recording() -> Result<(TempDir, String)> {
+    let (folder, recording) = plot::recording();
+    let html = recording.with_extension("html");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+    command.arg("plot").arg(recording).arg("--html").arg(&html);
+    ensure!(command.output()?.status.success(), "txt plot has failed");
+    Ok((folder, format!("file://{}", html.display())))
 }
 
 /// While it is paused, a moment can be looked at.
