@@ -69,6 +69,8 @@ fn axe_finds_nothing() -> Result<()> {
         axe.ensure_finds_nothing(&page, "a machine in German").await?;
         page.click("#language").await?;
         page.click(".count").await?;
+        // The page scrolls to the plotter when it has come.
+        page.wait_for(".plot-chart canvas").await?;
         page.click(".input:nth-child(4) .value").await?;
         page.wait_for(".plot-chart:nth-child(2) canvas").await?;
         axe.ensure_finds_nothing(&page, "the plotter").await?;
