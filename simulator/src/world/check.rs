@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::tx::{Input, Motor, Output};
 
+use super::drawn::check_point;
 use super::floor::Plan;
 use super::i2c_device;
 use super::mistake::{at, each, expect, finite, in_range, positive, Checked, Mistake};
@@ -177,6 +178,12 @@ impl World {
             let fits = place.piece == Some(Piece::Container) && content != Piece::Container;
             let reason = || String::from("expected a workpiece in a container");
             at("content", expect(fits, reason))?;
+        }
+        if let Some(point) = &place.drawn {
+            check_point("drawn", point)?;
+            let reason =
+                || String::from("expected no point, because it is drawn where it is on its motor");
+            at("drawn", expect(place.on.is_none(), reason))?;
         }
         let Some(motor) = place.on else { return finite("at", place.at) };
         let model = self.motor(motor);

@@ -69,6 +69,7 @@
 mod belt;
 mod board;
 mod check;
+mod drawn;
 mod factory;
 mod file;
 pub(crate) mod floor;
@@ -92,6 +93,7 @@ mod state;
 
 pub use belt::{Belt, Ejector};
 pub use board::Board;
+pub use drawn::{Drawn, Point};
 pub use factory::Factory;
 pub use floor::Whereabouts;
 use ft_transfer_area::tx::{Input, Motor};

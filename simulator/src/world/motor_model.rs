@@ -3,6 +3,7 @@
 use toml::de::DeValue;
 
 use super::belt::Belt;
+use super::drawn::Drawn;
 use super::mistake::{at, expect, in_range, positive, Checked};
 use super::read::{number, truth, Keys, Read};
 use super::slide::{Slide, Travel};
@@ -38,10 +39,12 @@ pub struct MotorModel {
     pub slide: Option<Slide>,
     /// The belt that it drives, if any. A motor has a slide or a belt, not both.
     pub belt: Option<Belt>,
+    /// Where pages draw it, its slide or its belt; `None` for a motor that is only in their lists.
+    pub drawn: Option<Drawn>,
 }
 
 impl Default for MotorModel {
-    /// A motor without an encoder, 3 turns per second, 0.05 s of inertia, no load, no run-out, no slide, no belt.
+    /// A motor without an encoder, 3 turns per second, 0.05 s of inertia, no load, no run-out, no slide, no belt, not drawn.
     fn default() -> Self {
         Self {
             top_speed: 3.0,
@@ -52,6 +55,7 @@ impl Default for MotorModel {
             reversed: false,
             slide: None,
             belt: None,
+            drawn: None,
         }
     }
 }
@@ -113,7 +117,13 @@ impl MotorModel {
         self
     }
 
-    const KEYS: [&'static str; 8] = [
+    /// Sets where pages draw it, its slide or its belt.
+    pub fn drawn(mut self, drawn: Drawn) -> Self {
+        self.drawn = Some(drawn);
+        self
+    }
+
+    const KEYS: [&'static str; 9] = [
         "top_speed",
         "time_constant",
         "load",
@@ -122,6 +132,7 @@ impl MotorModel {
         "reversed",
         "slide",
         "belt",
+        "drawn",
     ];
 
     pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
@@ -136,6 +147,7 @@ impl MotorModel {
             reversed: keys.or("reversed", default.reversed, truth)?,
             slide: keys.optional("slide", Slide::read)?,
             belt: keys.optional("belt", Belt::read)?,
+            drawn: keys.optional("drawn", Drawn::read)?,
         })
     }
 
@@ -154,6 +166,9 @@ impl MotorModel {
         if let Some(belt) = &self.belt {
             let reason = || String::from("expected a belt or a slide of the motor, not both");
             at("belt", expect(self.slide.is_none(), reason).and_then(|()| belt.check()))?;
+        }
+        if let Some(drawn) = &self.drawn {
+            at("drawn", drawn.check(self.belt.is_some(), self.slide.is_some()))?;
         }
         let Some(slide) = &self.slide else { return Ok(()) };
         let in_pulses = matches!(slide.travel, Travel::Pulses(_));

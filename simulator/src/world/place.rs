@@ -3,6 +3,7 @@
 use ft_transfer_area::tx::{Counter, Input, Motor};
 use toml::de::DeValue;
 
+use super::drawn::{point, Point};
 use super::mistake::Mistake;
 use super::piece::Piece;
 use super::plug::{named, plug, Plug};
@@ -44,6 +45,9 @@ pub struct Place {
     pub piece: Option<Piece>,
     /// The workpiece in the container that is here at the start.
     pub content: Option<Piece>,
+    /// Where pages draw it, if it does not move; `None` for where a gripper reaches it that is drawn, or only in their
+    /// lists.
+    pub drawn: Option<Point>,
 }
 
 /// Where the photo transistor of a light barrier is plugged in.
@@ -68,6 +72,7 @@ impl Place {
             colour: None,
             piece: None,
             content: None,
+            drawn: None,
         }
     }
 
@@ -113,6 +118,12 @@ impl Place {
         self
     }
 
+    /// Sets where pages draw it: mm to the right and downwards.
+    pub fn drawn(mut self, drawn: Point) -> Self {
+        self.drawn = Some(drawn);
+        self
+    }
+
     /// The inputs of its sensors, each with its key and the kind of sensor that has to be there.
     pub(super) fn inputs(&self) -> impl Iterator<Item = (&'static str, Plug<Input>, &'static str)> {
         let barrier = match self.barrier {
@@ -124,7 +135,7 @@ impl Place {
     }
 
     pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
-        let known = ["name", "on", "at", "reach", "barrier", "colour", "piece", "content"];
+        let known = ["name", "on", "at", "reach", "barrier", "colour", "piece", "content", "drawn"];
         let keys = Keys::of(value, PLACE, &known)?;
         let on = keys.optional("on", plug(&Motor::ALL))?;
         Ok(Self {
@@ -140,6 +151,7 @@ impl Place {
             colour: keys.optional("colour", plug(&Input::ALL))?,
             piece: keys.optional("piece", Piece::read)?,
             content: keys.optional("content", Piece::read)?,
+            drawn: keys.optional("drawn", point)?,
         })
     }
 }

@@ -1,9 +1,13 @@
 //! The workpieces of a simulated TXT's world: where they are, and what hands do with them.
 
 use ft_transfer_area::tx::Motor;
-use ft_transfer_area_simulator::world::{Board, Piece, Plug, Whereabouts, World, WorldState};
+use ft_transfer_area_simulator::world::{
+    Board, Piece, Plug, Point, Whereabouts, World, WorldState,
+};
+use ft_transfer_area_simulator::Machine;
 use serde::Serialize;
 
+use super::drawing::{Drawing, Line, Lying, Scene};
 use super::problem::Problem;
 
 /// All places and belts, with what is there.
@@ -16,12 +20,15 @@ pub(super) struct FloorReport {
     fallen: u64,
     /// The newest thing that went wrong.
     mishap: Option<String>,
+    drawing: Option<Drawing>,
 }
 
 #[derive(Serialize)]
 struct BeltReport {
     motor: String,
     length: f64,
+    /// Where it is drawn.
+    line: Option<Line>,
     places: Vec<BeltPlace>,
     pieces: Vec<BeltPiece>,
 }
@@ -35,14 +42,23 @@ struct BeltPlace {
 
 #[derive(Serialize)]
 struct BeltPiece {
-    piece: &'static str,
+    #[serde(flatten)]
+    lying: Lying,
     mm: f64,
 }
 
 #[derive(Serialize)]
 struct PlaceReport {
     name: String,
-    piece: Option<&'static str>,
+    #[serde(flatten)]
+    lying: Lying,
+    /// Where it is drawn.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    at: Option<Point>,
+    /// Whether a belt or a slide shows what lies there.
+    moves: bool,
+    /// Whether it is one of another controller.
+    other: bool,
 }
 
 #[derive(Serialize)]
@@ -53,65 +69,82 @@ struct CarriedReport {
 
 /// What is to be seen of the workpieces; `None` in a world without places.
 /// Of the controller with this name, if there are several.
-pub(super) fn report(state: &WorldState, world: &World, name: Option<&str>) -> Option<FloorReport> {
+pub(super) fn report(
+    machine: &Machine,
+    state: &WorldState,
+    world: &World,
+    name: Option<&str>,
+) -> Option<FloorReport> {
     if world.places.is_empty() {
         return None;
     }
     let prefix = name.map(|name| format!("{name}.")).unwrap_or_default();
-    let own = |name: &str| name.strip_prefix(&prefix).map(str::to_owned);
-    let pieces = state.pieces();
+    let pieces = &state.pieces()[..];
     let carried = pieces.iter().filter_map(|(piece, whereabouts)| {
         let by = match whereabouts {
-            Whereabouts::Slide(name) | Whereabouts::Gripper(name) => own(name)?,
+            Whereabouts::Slide(name) | Whereabouts::Gripper(name) => {
+                name.strip_prefix(&prefix)?.to_owned()
+            }
             // Places and belts show what is there.
             _ => return None,
         };
         Some(CarriedReport { piece: piece.name(), by })
     });
+    let scene = Scene { world, state, machine, prefix: &prefix, pieces };
     Some(FloorReport {
-        belts: belts(world, &prefix, &pieces),
-        places: state
-            .places()
-            .into_iter()
-            .filter_map(|(name, piece)| {
-                Some(PlaceReport { name: own(&name)?, piece: piece.map(Piece::name) })
-            })
-            .collect(),
+        belts: belts(&scene),
+        places: places(&scene),
         carried: carried.collect(),
         fallen: state.fallen(),
         mishap: state.mishaps().pop(),
+        drawing: scene.draw(),
     })
 }
 
-fn belts(world: &World, prefix: &str, pieces: &[(Piece, Whereabouts)]) -> Vec<BeltReport> {
-    let boards = std::iter::once(&world.master).chain(&world.extensions).enumerate();
+/// The places of this controller, and those of others that its drawing has.
+fn places(scene: &Scene<'_>) -> Vec<PlaceReport> {
+    let all = scene.state.places();
+    let report = |name: &str, full: String, at, moves, other| {
+        let piece = all.iter().find(|(known, _)| *known == full).and_then(|(_, piece)| *piece);
+        // Only what lies at a place that does not move is known by the place's name.
+        let lying = scene.lying(&Whereabouts::Place(full));
+        let lying = Lying { piece: piece.map(Piece::name), ..lying };
+        PlaceReport { name: name.to_owned(), lying, at, moves, other }
+    };
+    let own = scene.world.places.iter().map(|place| {
+        let full = format!("{}{}", scene.prefix, place.name);
+        report(&place.name, full, scene.place(place), place.on.is_some(), false)
+    });
+    let others = scene.others().into_iter();
+    own.chain(others.map(|(name, at)| report(name, name.to_owned(), Some(at), false, true)))
+        .collect()
+}
+
+fn belts(scene: &Scene<'_>) -> Vec<BeltReport> {
+    let boards = std::iter::once(&scene.world.master).chain(&scene.world.extensions).enumerate();
     let motors = boards.flat_map(|(controller, board): (usize, &Board)| {
         let belts = board.motors.iter();
         belts.filter_map(move |(terminal, motor)| {
-            Some((Plug { controller, terminal: *terminal }, motor.belt.as_ref()?.length))
+            let line = motor.drawn.map(Line::from);
+            Some((Plug { controller, terminal: *terminal }, motor.belt.as_ref()?.length, line))
         })
     });
-    motors.map(|(motor, length)| belt(world, motor, length, prefix, pieces)).collect()
+    motors.map(|(motor, length, line)| belt(scene, motor, length, line)).collect()
 }
 
-fn belt(
-    world: &World,
-    motor: Plug<Motor>,
-    length: f64,
-    prefix: &str,
-    pieces: &[(Piece, Whereabouts)],
-) -> BeltReport {
+fn belt(scene: &Scene<'_>, motor: Plug<Motor>, length: f64, line: Option<Line>) -> BeltReport {
     let name = motor.to_string();
-    let full_name = format!("{prefix}{name}");
-    let places = world.places.iter().filter(|place| place.on == Some(motor));
-    let on_it = pieces.iter().filter_map(|(piece, whereabouts)| match whereabouts {
+    let full_name = format!("{}{name}", scene.prefix);
+    let places = scene.world.places.iter().filter(|place| place.on == Some(motor));
+    let on_it = scene.pieces.iter().enumerate().filter_map(|(index, (_, at))| match at {
         Whereabouts::Belt { motor, mm } if *motor == full_name => {
-            Some(BeltPiece { piece: piece.name(), mm: *mm })
+            Some(BeltPiece { lying: scene.piece(index), mm: *mm })
         }
         _ => None,
     });
     BeltReport {
         length,
+        line,
         places: places.map(|place| BeltPlace { name: place.name.clone(), mm: place.at }).collect(),
         pieces: on_it.collect(),
         motor: name,
@@ -135,4 +168,59 @@ pub(super) fn take(world: &mut WorldState, place: &str) -> Result<(), Problem> {
     taken
         .map(drop)
         .ok_or_else(|| Problem::new("no_piece", format!("there is nothing at {place:?}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use ft_transfer_area_simulator::world::Factory;
+    use serde_json::{json, Value};
+
+    use super::*;
+
+    /// The report of a controller of the factory at the start.
+    fn floor_of(name: &str) -> Value {
+        let factory = Factory::shipped("factory").unwrap();
+        let machines = factory.machines().unwrap();
+        let (_, machine) = machines.iter().find(|(known, _)| known == name).unwrap();
+        let (_, world) = factory.controllers.iter().find(|(known, _)| known == name).unwrap();
+        let report = report(machine, machine.world().unwrap(), world, Some(name));
+        serde_json::to_value(report).unwrap()
+    }
+
+    fn place(floor: &Value, name: &str) -> Value {
+        let places = floor["places"].as_array().unwrap();
+        places.iter().find(|place| place["name"] == name).unwrap().clone()
+    }
+
+    #[test]
+    fn shelves_are_where_the_gripper_reaches_them_with_what_is_in_their_containers() {
+        let floor = floor_of("warehouse");
+        let expected = json!({"name": "B3", "piece": "container", "content": "red",
+            "at": [317.5, 84.7], "moves": false, "other": false});
+        assert_eq!(place(&floor, "B3"), expected);
+        assert_eq!(place(&floor, "belt_inside")["at"], json!([120.0, 125.0]));
+        // The axes are at 400 and 300 pulses.
+        assert_eq!(floor["drawing"]["grippers"][0]["arm"], json!([[158.0, 20.0], [158.0, 63.6]]));
+    }
+
+    #[test]
+    fn a_robot_has_the_places_of_other_controllers_and_its_height() {
+        let floor = floor_of("robot");
+        let oven = place(&floor, "processing.oven");
+        assert_eq!((&oven["other"], &oven["piece"]), (&json!(true), &json!(null)));
+        // It is straight above what the robot turns around.
+        let gripper = &floor["drawing"]["grippers"][0];
+        assert!((oven["at"][0].as_f64().unwrap() - 190.0).abs() < 1.0, "{oven}");
+        assert_eq!(gripper["arm"][0], json!([190.0, 220.0]));
+        assert_eq!(gripper["heights"], json!([{"motor": "M2", "part": 0.211}]));
+    }
+
+    #[test]
+    fn a_world_that_places_nothing_has_no_drawing() {
+        let world = World::new().place(ft_transfer_area_simulator::world::Place::new("table"));
+        let machine = Machine::with_world(0, world.clone()).unwrap();
+        let floor = report(&machine, machine.world().unwrap(), &world, None);
+        let floor = serde_json::to_value(floor).unwrap();
+        assert_eq!((&floor["drawing"], place(&floor, "table").get("at")), (&json!(null), None));
+    }
 }

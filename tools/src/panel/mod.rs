@@ -6,6 +6,7 @@ mod connection;
 mod control_lock;
 pub(crate) mod course;
 mod dispatch;
+mod drawing;
 mod files;
 mod floor;
 mod histogram;

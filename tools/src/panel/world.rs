@@ -274,7 +274,7 @@ fn report(machine: &Machine, world: &World, name: Option<&str>) -> Option<WorldR
         .map(|index| board_report(state, index, board(index), alive(index)))
         .collect();
     let remotes = state.remotes().iter().map(RemoteValue::from).collect();
-    Some(WorldReport { boards, remotes, floor: floor::report(state, world, name) })
+    Some(WorldReport { boards, remotes, floor: floor::report(machine, state, world, name) })
 }
 
 fn board_report(state: &WorldState, index: usize, board: &Board, alive: bool) -> BoardReport {

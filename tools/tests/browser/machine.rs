@@ -115,15 +115,74 @@ fn the_page_looks_and_presses_while_a_program_drives() -> Result<()> {
 
 #[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
 #[test]
-fn a_factory_is_driven_by_other_programs_and_names_of_places_are_at_their_belt() -> Result<()> {
+fn a_factory_is_driven_by_other_programs_and_drawn_with_its_places() -> Result<()> {
     browse(|client| async move {
+        let page = Page { client: client.clone() };
         let (panel, _) = Panel::shown("factory")?;
         client.goto(&panel.url).await?;
-        page_of_a_factory(&Page { client: client.clone() }).await
+        page_of_a_factory(&page).await?;
+
+        let (panel, address) = Panel::shown("processing_station")?;
+        client.goto(&panel.url).await?;
+        carry_from_the_oven(&page, &address)
+            .await
+            .context("a carried piece is where its axes are")?;
+
+        // A file from before there were drawings.
+        let folder = tempfile::tempdir()?;
+        let file = folder.path().join("not_drawn.toml");
+        let text = include_str!("../../../simulator/worlds/sorting_line.toml");
+        let lines = text.lines().filter(|line| !line.starts_with("drawn"));
+        std::fs::write(&file, lines.collect::<Vec<_>>().join("\n"))?;
+        let (panel, _) = Panel::shown(file.to_str().context("its path is no text")?)?;
+        client.goto(&panel.url).await?;
+        names_are_at_their_belt(&page).await.context("a world that is not drawn")
     })
 }
 
-/// Names at belts that are too small to be read, out of their card, or over each other.
+/// Drives the vacuum gripper of the processing station with a workpiece.
+async fn carry_from_the_oven(page: &Page, address: &str) -> Result<()> {
+    let handler = TransferAreaComHandler::builder(address).areas(2).build()?;
+    handler.begin_transfer()?;
+    page.wait_for("[aria-label='oven: white']").await?;
+    let at_oven = || handler.areas().wait_until(|areas| areas[1].input.uni[2] == 1, LIMIT);
+    let at_table = || handler.areas().wait_until(|areas| areas[LOCAL_IO].input.uni[4] == 1, LIMIT);
+    handler.areas().lock()[1].output.duty[3] = 512;
+    at_oven()?[1].output.duty[3] = 0;
+    handler.areas().lock()[LOCAL_IO].output.duty[7] = 512;
+    *handler.areas().lock()[1].output.duty = [0, 0, 0, 0, 512, 512, 0, 0];
+    page.wait_for(".gripper[data-on] .piece[data-piece=white]").await?;
+    let apart = "const middle = (element) => { const { x, y, width, height } = element.getBoundingClientRect(); return [x + width / 2, y + height / 2]; };
+        const [a, b] = [document.querySelector('.gripper .piece[data-piece=white]'), document.querySelector(arguments[0])].map(middle);
+        return Math.hypot(a[0] - b[0], a[1] - b[1])";
+    let near = |apart: &serde_json::Value| apart.as_f64().is_some_and(|pixels| pixels < 40.0);
+    page.wait_for_value(apart, "[aria-label^='oven:']", near).await?;
+    *handler.areas().lock()[1].output.duty = [0, 0, 512, 0, 512, 0, 0, 0];
+    at_table()?[1].output.duty[2] = 0;
+    page.wait_for_value(apart, "[aria-label^='table:']", near).await?;
+    page.wait_for("[aria-label='oven: empty']").await?;
+    page.ensure_no_console_errors().await
+}
+
+async fn names_are_at_their_belt(page: &Page) -> Result<()> {
+    page.wait_for(".belt text").await?;
+    page.wait_for(".places [aria-label='entry: empty']").await?;
+    let script = "const outside = ([text, bed]) => text.left < bed.left - 6 || text.right > bed.right + 6;
+        const place = (element) => element.getBoundingClientRect();
+        return [...document.querySelectorAll('.belt')].flatMap((belt) =>
+            [...belt.querySelectorAll('text')].filter((text) =>
+                outside([place(text), place(belt.querySelector('.bed'))])).map((text) => text.textContent))";
+    let outside = page.run(script, json!(null)).await?;
+    ensure!(outside == json!([]), "{outside} is beyond its belt");
+    page.resize(390, 844).await?;
+    page.wait_for_value(NAMES, ".belt text", |wrong| *wrong == json!([])).await?;
+    page.click("#language").await?;
+    page.wait_for_text(".belt", "vor den Auswerfern").await?;
+    page.wait_for_value(NAMES, ".belt text", |wrong| *wrong == json!([])).await?;
+    page.ensure_no_console_errors().await
+}
+
+/// Names at belts and places that are too small to be read, out of their card, or over each other.
 const NAMES: &str = "const place = (element) => element.getBoundingClientRect();
     const names = [...document.querySelectorAll(arguments[0])].filter((name) => name.checkVisibility());
     const over = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 4 && b.top < a.bottom - 4;
@@ -135,19 +194,24 @@ const NAMES: &str = "const place = (element) => element.getBoundingClientRect();
 
 async fn page_of_a_factory(page: &Page) -> Result<()> {
     page.wait_for_text("#role", "Another program drives").await?;
-    page.wait_for(".belt text").await?;
-    let script = "const outside = ([text, bed]) => text.left < bed.left - 6 || text.right > bed.right + 6;
-        const place = (element) => element.getBoundingClientRect();
-        return [...document.querySelectorAll('.belt')].flatMap((belt) =>
-            [...belt.querySelectorAll('text')].filter((text) =>
-                outside([place(text), place(belt.querySelector('.bed'))])).map((text) => text.textContent))";
-    let outside = page.run(script, json!(null)).await?;
-    ensure!(outside == json!([]), "{outside} is beyond its belt");
+    page.wait_for(".drawing text").await?;
+    // Shelves are in rows and columns, and nowhere else.
+    let script = "const shelf = (name) => document.querySelectorAll(`[aria-label^='${name}:']`);
+        const middle = (name) => { const { x, y, width, height } = shelf(name)[0].getBoundingClientRect(); return [x + width / 2, y + height / 2]; };
+        const same = (numbers) => Math.max(...numbers) - Math.min(...numbers) < 1;
+        const rows = ['A', 'B', 'C'].map((row) => ['1', '2', '3'].map((column) => middle(row + column)));
+        const columns = [0, 1, 2].map((column) => rows.map((row) => row[column]));
+        return rows.every((row) => same(row.map(([, y]) => y)) && row[0][0] + 30 < row[1][0] && row[1][0] + 30 < row[2][0])
+            && columns.every((column) => same(column.map(([x]) => x)) && column[0][1] + 30 < column[1][1] && column[1][1] + 30 < column[2][1])
+            && shelf('B2').length === 1";
+    page.wait_for_value(script, "", |right| *right == json!(true)).await?;
+    page.click("[aria-label='B2: container with red']").await?;
+    page.wait_for("[aria-label='B2: empty']").await?;
     page.resize(390, 844).await?;
-    page.wait_for_value(NAMES, ".belt text", |wrong| *wrong == json!([])).await?;
+    page.wait_for_value(NAMES, ".drawing text", |wrong| *wrong == json!([])).await?;
     page.click("#language").await?;
-    page.wait_for_text(".belt", "Band außen").await?;
-    page.wait_for_value(NAMES, ".belt text", |wrong| *wrong == json!([])).await?;
+    page.wait_for_text(".drawing", "Band außen").await?;
+    page.wait_for_value(NAMES, ".drawing text", |wrong| *wrong == json!([])).await?;
     page.click("#language").await?;
     page.resize(1280, 900).await?;
 

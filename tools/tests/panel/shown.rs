@@ -96,6 +96,12 @@ fn workpieces_are_shown_put_and_taken_away() {
     handler.begin_transfer().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[1] = 512;
     page.state(0, |state| blue(state)["mm"].as_f64().is_some_and(|mm| mm > put + 10.0));
+    // An ejector is on with its compressor.
+    let is_on = |state: &Value| floor(state)["drawing"]["ejectors"][1]["on"] == true;
+    assert!(!is_on(&page.state(0, |_| true)));
+    handler.areas().lock()[LOCAL_IO].output.duty[5] = 512;
+    handler.areas().lock()[LOCAL_IO].output.duty[7] = 512;
+    page.state(0, is_on);
     handler.end_transfer().unwrap();
 
     page.done(json!({"do": "put", "piece": "white", "place": "red_storage"}));

@@ -1,7 +1,8 @@
-// The workpieces of a simulated machine: belts, places, and what is there. A click puts a workpiece at a place, or takes
-// it away.
+// The workpieces of a simulated machine, in its drawing and in lists of the belts and places that are not drawn. A click
+// puts a workpiece at a place, or takes it away.
 
 import { button, card, h, setAttribute, setStyle, setText, svg } from "./dom.js";
+import { Drawing } from "./drawing.js";
 import { placeName, t } from "./words.js";
 
 const PIECES = ["white", "red", "blue", "container"];
@@ -69,18 +70,19 @@ class Belt {
 
 class Place {
   /** Without `click` it only shows. */
-  constructor({ name }, click) {
+  constructor({ name, at, other }, click) {
     this.name = name;
     this.disc = h("i", { class: "piece" });
-    this.shown = click ? button("", () => click(this), { class: "place" }) : h("span", { class: "place", role: "img" });
-    this.shown.append(this.disc, h("span", {}, placeName(name)));
-    this.element = h("li", {}, this.shown);
+    this.shown = click && !other ? button("", () => click(this), { class: "place" }) : h("span", { class: "place", role: "img" });
+    if (!at) this.shown.append(this.disc, h("span", {}, placeName(name)));
+    this.element = at ? this.shown : h("li", {}, this.shown);
   }
 
-  update({ piece }) {
+  update({ piece, content }) {
     this.piece = piece;
     setAttribute(this.disc, "data-piece", piece);
-    const what = t(piece ? "pieceAt" : "nothingAt", { name: placeName(this.name), piece: piece ? t(piece) : "" });
+    const named = piece && (content ? t("filled", { piece: t(piece), content: t(content) }) : t(piece));
+    const what = t(piece ? "pieceAt" : "nothingAt", { name: placeName(this.name), piece: named });
     setAttribute(this.shown, "aria-label", what);
     setAttribute(this.shown, "title", what);
   }
@@ -88,7 +90,7 @@ class Place {
 
 export class Floor {
   constructor(host, state, send) {
-    const { belts, places } = state.world.floor;
+    const { belts, places, drawing } = state.world.floor;
     this.chosen = PIECES[0];
     this.choices = PIECES.map((piece) => {
       const one = button("", () => this.choose(piece), { class: "chip" });
@@ -96,14 +98,18 @@ export class Floor {
       return one;
     });
     const click = ({ name, piece }) => send(piece ? { do: "take_away", host: host.id, place: name } : { do: "put", host: host.id, place: name, piece: this.chosen });
-    this.belts = belts.map((belt) => new Belt(belt, host.names[0]));
+    this.belts = belts.map((belt) => (belt.line ? null : new Belt(belt, host.names[0])));
     this.places = places.map((place) => new Place(place, host.hands ? click : null));
+    const [drawn, listed] = [true, false].map((is) => this.places.filter((_, index) => Boolean(places[index].at) === is).map(({ element }) => element));
+    this.drawing = drawing && new Drawing(state.world.floor, drawn);
+    const listedBelts = this.belts.filter(Boolean).map(({ element }) => element);
     this.carried = h("p", { class: "note" });
     this.mishap = h("p", { class: "note", role: "status" });
     this.controls = h("fieldset", { class: "floor" },
       host.hands ? h("div", { class: "chips", role: "group", "aria-label": t("pieces") }, this.choices) : null,
-      this.belts.length ? h("ul", { class: "belts" }, this.belts.map((belt) => belt.element)) : null,
-      h("ul", { class: "places" }, this.places.map((place) => place.element)), this.carried, this.mishap);
+      this.drawing?.element,
+      listedBelts.length ? h("ul", { class: "belts" }, listedBelts) : null,
+      listed.length ? h("ul", { class: "places" }, listed) : null, this.carried, this.mishap);
     this.element = card("world", t("pieces"), host.hands ? h("p", { class: "hint" }, t("floorHint")) : null, this.controls);
     this.choose(this.chosen);
   }
@@ -120,13 +126,14 @@ export class Floor {
   }
 
   close() {
-    for (const belt of this.belts) belt.close();
+    for (const part of [...this.belts, this.drawing]) part?.close();
   }
 
   update(state, may) {
     const { belts, places, carried, fallen, mishap } = state.world.floor;
     this.controls.disabled = !may;
-    belts.forEach((belt, index) => this.belts[index].update(belt));
+    this.drawing?.update(state.world.floor);
+    belts.forEach((belt, index) => this.belts[index]?.update(belt));
     places.forEach((place, index) => this.places[index].update(place));
     setText(this.carried, carried.map(({ piece, by }) => t("carriedBy", { piece: t(piece), by: placeName(by) })).join(", "));
     setText(this.mishap, mishap ? `${mishap} ${fallen ? t("fallen", { count: fallen }) : ""}` : "");

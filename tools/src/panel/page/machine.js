@@ -24,7 +24,8 @@ function gearPath() {
   return `M${points.join("L")}Z`;
 }
 
-const GEAR = gearPath();
+/** The outline of a gear with a radius of 44. */
+export const GEAR = gearPath();
 
 function gear() {
   const holes = Array.from({ length: 5 }, (_, index) => {

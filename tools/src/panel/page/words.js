@@ -39,7 +39,7 @@ const ENGLISH = {
   switchOf: "Switch {name}", absent: "{name} is not connected",
 
   world: "The machine", worldHint: "Hold a button with the mouse, or with the keys 1 to 8.",
-  pieces: "Workpieces", floorHint: "Click a place to put a workpiece there, or to take it away.", beltOf: "Belt of {name}", container: "container",
+  pieces: "Workpieces", floorHint: "Click a place to put a workpiece there, or to take it away.", beltOf: "Belt of {name}", drawing: "Drawing of the machine", container: "container", filled: "{piece} with {content}",
   red: "red", blue: "blue", pieceAt: "{name}: {piece}", nothingAt: "{name}: empty", carriedBy: "{by} carries: {piece}", fallen: "{count} fell.",
   press: "Press {name}", plugIn: "Plug in", plugOut: "Unplug", plug: "Plug {name} in or out",
   button: "Button", switch: "Switch", photo_transistor: "Light", ntc: "Temperature", voltage: "Voltage", ultrasonic: "Distance",
@@ -100,7 +100,7 @@ const GERMAN = {
   switchOf: "{name} schalten", absent: "{name} ist nicht angeschlossen",
 
   world: "Die Maschine", worldHint: "Taster mit der Maus halten, oder mit den Tasten 1 bis 8.",
-  pieces: "Werkstücke", floorHint: "Auf einen Platz klicken, um ein Werkstück hinzulegen oder wegzunehmen.", beltOf: "Band von {name}", container: "Behälter",
+  pieces: "Werkstücke", floorHint: "Auf einen Platz klicken, um ein Werkstück hinzulegen oder wegzunehmen.", beltOf: "Band von {name}", drawing: "Zeichnung der Maschine", container: "Behälter", filled: "{piece} mit {content}",
   red: "rot", blue: "blau", pieceAt: "{name}: {piece}", nothingAt: "{name}: leer", carriedBy: "{by} trägt: {piece}", fallen: "{count} heruntergefallen.",
   press: "{name} drücken", plugIn: "Anstecken", plugOut: "Abziehen", plug: "{name} anstecken oder abziehen",
   button: "Taster", switch: "Schalter", photo_transistor: "Licht", ntc: "Wärme", voltage: "Spannung", ultrasonic: "Abstand",
@@ -223,8 +223,9 @@ export function t(key, values = {}) {
 
 /** The name of a place, for people. */
 export function placeName(name) {
-  const german = language === "de" ? GERMAN_PLACES[name] : undefined;
-  return german ?? name.replaceAll("_", " ");
+  const [own, controller] = name.split(".").reverse();
+  const german = language === "de" ? GERMAN_PLACES[own] : undefined;
+  return (german ?? own.replaceAll("_", " ")) + (controller ? ` (${controller})` : "");
 }
 
 export function sounds() {
