@@ -119,6 +119,10 @@ fn nanos(time: Duration) -> u64 {
     u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
+fn not_recorded(entries: u64) -> String {
+    format!("{entries} entries before this are missing: the disk was too slow")
+}
+
 fn millis(time: Duration) -> f64 {
     time.as_micros() as f64 / 1e3
 }
@@ -234,8 +238,7 @@ impl Writer {
         self.clock.reach_back_to(cycle.arrived);
         let ns = self.clock.ns(cycle.arrived);
         if lost > 0 {
-            let message = format!("{lost} entries before this are missing: the disk was too slow");
-            self.put_log(cycle.arrived, WARNING, message)?;
+            self.put_log(cycle.arrived, WARNING, not_recorded(lost))?;
         }
         let areas = cycle.areas();
         let alive = areas.first().map_or([0; MAX_EXTENSIONS], |area| area.state.io_slave_alive);
@@ -343,6 +346,7 @@ impl Writer {
                 let limit = *limit_ms as f64 / 1e3;
                 (ERROR, format!("the watchdog has stopped the motors after {limit} s"))
             }
+            Transfer::NotRecorded { entries } => (WARNING, not_recorded(*entries)),
             Transfer::Ended => (INFO, "the transfer has ended".to_owned()),
             Transfer::EndedBy(why) => (ERROR, format!("the transfer has ended: {}", why.error)),
         };
@@ -370,7 +374,7 @@ impl Writer {
                 }
             }
             Transfer::Failed(_) | Transfer::Ended | Transfer::EndedBy(_) => self.under_way.clear(),
-            Transfer::WatchdogExpired { .. } => {}
+            Transfer::WatchdogExpired { .. } | Transfer::NotRecorded { .. } => {}
         }
     }
 

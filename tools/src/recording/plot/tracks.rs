@@ -42,6 +42,8 @@ pub(super) struct Tracks {
     /// Since when there is no connection: since the last cycle, because a loss is noticed later.
     lost_since: Option<f64>,
     last_cycle: Option<f64>,
+    /// Whether cycles since the last one are not recorded.
+    has_lost: bool,
     ticks: Vec<f64>,
     /// What is unusual, if that is drawn.
     marks: Option<Marks>,
@@ -70,6 +72,7 @@ impl Tracks {
             gaps: Vec::new(),
             lost_since: None,
             last_cycle: None,
+            has_lost: false,
             ticks: Vec::new(),
             marks: None,
             controllers: Vec::new(),
@@ -99,7 +102,8 @@ impl Tracks {
         }
         match entry.what {
             Recorded::Cycle(cycle) => {
-                let goes_on = self.lost_since.is_none();
+                let has_lost = std::mem::take(&mut self.has_lost) || cycle.lost > 0;
+                let goes_on = self.lost_since.is_none() && !has_lost;
                 self.end_gap(at);
                 self.last_cycle = Some(at);
                 if is_wanted {
@@ -125,7 +129,7 @@ impl Tracks {
             let new = Column::of_areas(self.areas).into_iter().skip(self.tracks.len());
             self.tracks.extend(new.map(Track::new));
         }
-        let connected = goes_on && !cycle.first && cycle.lost == 0;
+        let connected = goes_on && !cycle.first;
         for track in &mut self.tracks {
             track.take(at, cycle, connected, self.buckets);
         }
@@ -138,6 +142,7 @@ impl Tracks {
                 self.answers(at, device_name);
             }
             Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_) => self.lose(at),
+            Transfer::NotRecorded { .. } => self.has_lost = true,
             _ => {}
         }
     }
