@@ -528,6 +528,10 @@ impl Worker {
 
     /// What comes before an entry that is no cycle, with this number of lost ones before it.
     fn before_transfer(&self, file: &mut Target, at: Instant, lost: u64) -> McapResult<()> {
+        // There may be any number of them without a cycle. A transfer that runs goes on in a new part with its cycles.
+        if !file.writer.is_under_way() {
+            self.begin_part(file, at)?;
+        }
         match lost {
             0 => Ok(()),
             entries => file.writer.transfer(at, &Transfer::NotRecorded { entries }),

@@ -350,6 +350,7 @@ impl Writer {
             Transfer::Ended => (INFO, "the transfer has ended".to_owned()),
             Transfer::EndedBy(why) => (ERROR, format!("the transfer has ended: {}", why.error)),
         };
+        self.keep_chunk_short()?;
         self.keep_under_way(message);
         // A time before the file began would confuse those who look for its beginning.
         let at = at.max(self.clock.began);
@@ -378,8 +379,14 @@ impl Writer {
         }
     }
 
+    /// Whether a transfer runs, as far as it is known here.
+    pub(crate) fn is_under_way(&self) -> bool {
+        !self.under_way.is_empty()
+    }
+
     /// An event of a response, of whatever kind.
     pub(crate) fn event(&mut self, reported: &TimedEvent) -> McapResult<()> {
+        self.keep_chunk_short()?;
         let mut message = RecordedEvent {
             event: reported.event.kind().name().to_owned(),
             cycle: reported.cycle,

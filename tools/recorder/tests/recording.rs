@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::Input;
@@ -12,7 +12,8 @@ use ft_transfer_area::{
     CameraFrame, FishX1Transfer, TransferAreaComHandler, TransferAreaComHandlerBuilder,
 };
 use ft_transfer_area_recorder::{
-    Cycle, Entry, Error, FailureKind, Options, Parts, Recorded, Recorder, Recording, Transfer,
+    Cycle, Entry, Error, Failure, FailureKind, Options, Parts, Recorded, Recorder, Recording,
+    Transfer,
 };
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 use tempfile::TempDir;
@@ -119,6 +120,30 @@ fn a_recording_in_parts_has_each_cycle_once_and_each_part_begins_with_the_contro
     }
     assert_eq!(numbers, (1..=totals.cycles).collect::<Vec<_>>());
     assert_eq!(totals.lost, 0);
+}
+
+/// As of a program that goes online and offline again and again, behind `txt watch`.
+#[test]
+fn a_part_has_its_size_also_without_a_cycle() {
+    let folder = folder();
+    let parts = Parts::of_bytes(50_000);
+    let path = folder.path().join("run.mcap");
+    let (recorder, mut feed) = Recorder::fed(&path, roomy().parts(parts)).unwrap();
+    let mut number = 0_u32;
+    while recorder.newest() == recorder.path() {
+        // Something that does not get small.
+        let error = std::array::from_fn::<_, 20, _>(|_| {
+            number = number.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            char::from(b'a' + (number >> 16) as u8 % 26)
+        });
+        let failure = Failure { kind: FailureKind::Other, error: error.iter().collect() };
+        feed.transfer(Instant::now(), Transfer::EndedBy(failure));
+        std::thread::sleep(Duration::from_micros(100));
+        let size = fs::metadata(recorder.path()).unwrap().len();
+        // Half a second comes at once.
+        assert!(size < 2_000_000, "{size}");
+    }
+    recorder.finish().unwrap();
 }
 
 /// The parts of areas that are recorded, with the inputs that the simulated TXT gave.
