@@ -87,6 +87,12 @@ pub enum Transfer {
         /// Its limit in ms.
         limit_ms: u64,
     },
+    /// Entries before this are missing, because the disk was too slow. Of those directly before a cycle, the cycle
+    /// says it: [`Cycle::lost`](crate::Cycle::lost).
+    NotRecorded {
+        /// How many.
+        entries: u64,
+    },
     /// It was ended by the program.
     Ended,
     /// It was ended by an error.
@@ -239,7 +245,7 @@ pub(crate) fn schema_of(topic: &str) -> (&'static str, Value) {
             "ft.Transfer",
             object(json!({ "what": string(), "device_name": string(), "firmware": string(),
                 "address": string(), "areas": integer(), "kind": string(), "error": string(),
-                "after_ms": integer(), "limit_ms": integer() })),
+                "after_ms": integer(), "limit_ms": integer(), "entries": integer() })),
         ),
         EVENTS => (
             "ft.Event",

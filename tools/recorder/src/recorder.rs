@@ -16,6 +16,7 @@ use mcap::{McapError, McapResult};
 
 use crate::error::Error;
 use crate::feed::{Fed, FedEntry, Feed};
+use crate::format::Transfer;
 use crate::parts::Parts;
 use crate::target::Target;
 use crate::writer::Losses;
@@ -481,12 +482,20 @@ impl Worker {
     }
 
     fn entry(&mut self, file: &mut Target, entry: &LogEntry) -> McapResult<()> {
-        let writer = &mut file.writer;
         match &entry.what {
             Logged::Cycle(cycle) => self.cycle(file, cycle, entry.lost)?,
-            Logged::Began(began) => writer.began(began)?,
-            Logged::Event(reported) => writer.state(reported)?,
-            Logged::Failed { at, error, .. } => writer.failed(*at, error)?,
+            Logged::Began(began) => {
+                self.before_transfer(file, began.at, entry.lost)?;
+                file.writer.began(began)?;
+            }
+            Logged::Event(reported) => {
+                self.before_transfer(file, reported.arrived, entry.lost)?;
+                file.writer.state(reported)?;
+            }
+            Logged::Failed { at, error, .. } => {
+                self.before_transfer(file, *at, entry.lost)?;
+                file.writer.failed(*at, error)?;
+            }
             other => log::warn!("this recorder is too old for {other:?}, which is not recorded"),
         }
         self.count(matches!(entry.what, Logged::Cycle(_)), entry.lost);
@@ -496,7 +505,10 @@ impl Worker {
     fn fed(&mut self, file: &mut Target, entry: &FedEntry) -> McapResult<()> {
         match &entry.what {
             Fed::Cycle(cycle) => self.cycle(file, cycle, entry.lost)?,
-            Fed::Transfer { at, what } => file.writer.transfer(*at, what)?,
+            Fed::Transfer { at, what } => {
+                self.before_transfer(file, *at, entry.lost)?;
+                file.writer.transfer(*at, what)?;
+            }
         }
         self.count(matches!(entry.what, Fed::Cycle(_)), entry.lost);
         Ok(())
@@ -512,6 +524,18 @@ impl Worker {
             writer.statistics(cycle.arrived, &cycle.statistics, lost)?;
         }
         Ok(())
+    }
+
+    /// What comes before an entry that is no cycle, with this number of lost ones before it.
+    fn before_transfer(&self, file: &mut Target, at: Instant, lost: u64) -> McapResult<()> {
+        // There may be any number of them without a cycle. A transfer that runs goes on in a new part with its cycles.
+        if !file.writer.is_under_way() {
+            self.begin_part(file, at)?;
+        }
+        match lost {
+            0 => Ok(()),
+            entries => file.writer.transfer(at, &Transfer::NotRecorded { entries }),
+        }
     }
 
     fn begin_part(&self, file: &mut Target, at: Instant) -> McapResult<()> {

@@ -119,6 +119,10 @@ fn nanos(time: Duration) -> u64 {
     u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
+fn not_recorded(entries: u64) -> String {
+    format!("{entries} entries before this are missing: the disk was too slow")
+}
+
 fn millis(time: Duration) -> f64 {
     time.as_micros() as f64 / 1e3
 }
@@ -234,8 +238,7 @@ impl Writer {
         self.clock.reach_back_to(cycle.arrived);
         let ns = self.clock.ns(cycle.arrived);
         if lost > 0 {
-            let message = format!("{lost} entries before this are missing: the disk was too slow");
-            self.put_log(cycle.arrived, WARNING, message)?;
+            self.put_log(cycle.arrived, WARNING, not_recorded(lost))?;
         }
         let areas = cycle.areas();
         let alive = areas.first().map_or([0; MAX_EXTENSIONS], |area| area.state.io_slave_alive);
@@ -343,9 +346,11 @@ impl Writer {
                 let limit = *limit_ms as f64 / 1e3;
                 (ERROR, format!("the watchdog has stopped the motors after {limit} s"))
             }
+            Transfer::NotRecorded { entries } => (WARNING, not_recorded(*entries)),
             Transfer::Ended => (INFO, "the transfer has ended".to_owned()),
             Transfer::EndedBy(why) => (ERROR, format!("the transfer has ended: {}", why.error)),
         };
+        self.keep_chunk_short()?;
         self.keep_under_way(message);
         // A time before the file began would confuse those who look for its beginning.
         let at = at.max(self.clock.began);
@@ -370,12 +375,18 @@ impl Writer {
                 }
             }
             Transfer::Failed(_) | Transfer::Ended | Transfer::EndedBy(_) => self.under_way.clear(),
-            Transfer::WatchdogExpired { .. } => {}
+            Transfer::WatchdogExpired { .. } | Transfer::NotRecorded { .. } => {}
         }
+    }
+
+    /// Whether a transfer runs, as far as it is known here.
+    pub(crate) fn is_under_way(&self) -> bool {
+        !self.under_way.is_empty()
     }
 
     /// An event of a response, of whatever kind.
     pub(crate) fn event(&mut self, reported: &TimedEvent) -> McapResult<()> {
+        self.keep_chunk_short()?;
         let mut message = RecordedEvent {
             event: reported.event.kind().name().to_owned(),
             cycle: reported.cycle,

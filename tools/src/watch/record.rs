@@ -12,7 +12,7 @@ use ft_transfer_area_recorder::{
 
 use super::changes::name;
 use crate::lines;
-use crate::recording::output::{discard, Output};
+use crate::recording::output::{discard, Files, Output};
 use crate::seen::{
     forgotten, halted, no_answer, Controllers, Cycle, Farewell, Happened, Line, Seen,
     UnansweredExchanges, FAREWELL_UNANSWERED, MISSED,
@@ -293,13 +293,10 @@ impl Record {
             lines::print(&format!("no program has driven: {path} is as it was"));
             return Ok(());
         }
-        let path = self.recorder.newest();
+        let files = Files::of(&self.recorder);
         let Totals { cycles, lost, frames, .. } =
             self.recorder.finish().context("the recording is not whole")?;
-        lines::print(&format!(
-            "{}: {cycles} cycles, {lost} lost, {frames} pictures",
-            path.display()
-        ));
+        lines::print(&format!("{files}: {cycles} cycles, {lost} lost, {frames} pictures"));
         Ok(())
     }
 }
