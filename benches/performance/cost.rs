@@ -94,7 +94,7 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
         "the same at the controller's pace",
         "instructions per cycle",
     ]);
-    for kind in Kind::ALL {
+    for &kind in report.some(&Kind::ALL) {
         for areas in [1, 9] {
             let load = Load { areas, ..Load::IDLE };
             table.row([

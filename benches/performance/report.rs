@@ -34,6 +34,11 @@ impl Report {
         &self.document
     }
 
+    /// All of these, or in the short mode the last one, which does most.
+    pub(crate) fn some<'a, T>(&self, all: &'a [T]) -> &'a [T] {
+        &all[self.times(0, all.len() - 1)..]
+    }
+
     /// How often something is repeated: `usual` times, or `short` times.
     pub(crate) fn times(&self, usual: usize, short: usize) -> usize {
         if self.short {

@@ -61,7 +61,7 @@ pub(crate) fn measure_throughput(report: &Report, controller: &Controller) -> Re
         "the channel, MiB/s",
         "channel of reading alone",
     ]);
-    for format in FORMATS {
+    for &format in report.some(&FORMATS) {
         let (_camera, port) = camera(format, 0)?;
         let (mut size, mut rates, mut ratios, mut mibs) = (0, [vec![], vec![]], vec![], vec![]);
         for round in 0..report.times(8, 1) {
@@ -223,7 +223,7 @@ pub(crate) fn measure_load(report: &Report, controller: &Controller) -> Result<(
         "frames/s",
         "processor time of the process, % of a core",
     ]);
-    for format in &FORMATS[1..] {
+    for format in report.some(&FORMATS[1..]) {
         let (_camera, port) = camera(*format, RATE)?;
         let mut results = vec![[vec![], vec![]]; uses.len() + 1];
         for round in 0..report.times(2, 1) {

@@ -36,6 +36,9 @@ struct Exchanges {
     std::mutex mutex;
     std::condition_variable changed;
     long count = 0;
+    // Threads that drive something, and those of them that wait for the next exchange.
+    int drive = 1;
+    int wait = 0;
 };
 
 inline Exchanges &exchanges()
@@ -44,23 +47,33 @@ inline Exchanges &exchanges()
     return all;
 }
 
+// The next exchange waits until all have looked at this one, also on a busy computer: a motor stops where its switch is.
 inline bool count_exchange(FISH_X1_TRANSFER *, int)
 {
-    const std::lock_guard<std::mutex> lock(exchanges().mutex);
-    exchanges().count++;
-    exchanges().changed.notify_all();
+    Exchanges &all = exchanges();
+    std::unique_lock<std::mutex> lock(all.mutex);
+    all.count++;
+    all.wait = 0;
+    all.changed.notify_all();
+    all.changed.wait_for(lock, std::chrono::milliseconds(100), [&] { return all.wait >= all.drive; });
     return true;
 }
 
 // Ends early, with an error, when there are no more exchanges.
 inline void pause(int ms = EXCHANGE_MS)
 {
-    std::unique_lock<std::mutex> lock(exchanges().mutex);
-    const long end = exchanges().count + ms / EXCHANGE_MS;
-    while (exchanges().count < end) {
-        if (!MotorIOLib_ThreadIsRunning())
-            throw std::runtime_error("the controller has gone");
-        exchanges().changed.wait_for(lock, std::chrono::milliseconds(100));
+    Exchanges &all = exchanges();
+    std::unique_lock<std::mutex> lock(all.mutex);
+    const long end = all.count + ms / EXCHANGE_MS;
+    while (all.count < end) {
+        const long seen = all.count;
+        all.wait++;
+        all.changed.notify_all();
+        while (all.count == seen) {
+            if (!MotorIOLib_ThreadIsRunning())
+                throw std::runtime_error("the controller has gone");
+            all.changed.wait_for(lock, std::chrono::milliseconds(100));
+        }
     }
 }
 
@@ -219,16 +232,29 @@ template <class... Work> void together(Work... work)
 {
     std::exception_ptr errors[sizeof...(work)] = {};
     int next = 0;
+    // The last one that ends hands over to this thread, which joins them.
+    int left = sizeof...(work);
+    const auto end = [&] {
+        const std::lock_guard<std::mutex> lock(exchanges().mutex);
+        if (--left > 0)
+            exchanges().drive--;
+        exchanges().changed.notify_all();
+    };
     const auto start = [&](auto one) {
         std::exception_ptr &error = errors[next++];
-        return std::thread([one, &error] {
+        return std::thread([one, end, &error] {
             try {
                 one();
             } catch (...) {
                 error = std::current_exception();
             }
+            end();
         });
     };
+    {
+        const std::lock_guard<std::mutex> lock(exchanges().mutex);
+        exchanges().drive += left - 1;
+    }
     std::thread threads[] = {start(work)...};
     for (std::thread &thread : threads)
         thread.join();
