@@ -29,7 +29,7 @@ const WAITING: usize = 250;
 /// something has happened has that, too: see [`Recorder::follow`](crate::Recorder::follow).
 ///
 /// Of a cycle it keeps only what differs from the cycle before. At 100 cycles a second, a minute of a controller
-/// whose inputs change takes about 2 MB, with eight extensions on which all changes about 9 MB.
+/// whose inputs change takes about 2 MB, with eight extensions on which all changes about 8 MB.
 ///
 /// ```
 /// use std::time::{Duration, Instant};
