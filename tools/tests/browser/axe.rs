@@ -13,6 +13,7 @@ use super::page::{Lesson, Page, Panel};
 use super::plot;
 use super::txt::simulated_txt;
 use crate::names;
+use crate::start::Start;
 
 /// All rules, and two that axe-core leaves out: labels begin with what is seen, and nothing is too small for a finger.
 const FIND: &str = "const done = arguments[arguments.length - 1];
@@ -112,6 +113,18 @@ fn axe_finds_nothing() -> Result<()> {
         page.wait_for("#check .buttons").await?;
         page.wait_for(".machine .world").await?;
         axe.ensure_finds_nothing(&page, "a lesson").await?;
+
+        let start = Start::at(&lesson.program);
+        client.goto(&start.url).await?;
+        page.wait_for("#found li").await?;
+        page.click("#drive").await?;
+        page.wait_for(".board .input").await?;
+        client.goto(&start.url).await?;
+        page.wait_for("#running li").await?;
+        page.wait_for("#found li").await?;
+        axe.ensure_finds_nothing(&page, "the start page").await?;
+        page.click("#quit").await?;
+        page.wait_for_text("#notice", "txt has ended").await?;
 
         let (_folder, url) = plot::recording()?;
         client.goto(&url).await?;
