@@ -94,8 +94,10 @@ def steps(unpacked: Unpacked, system: str) -> list[str]:
     if system.startswith("linux"):
         done.append(glibc(unpacked.folder))
     assert "usage: tx_run" in unpacked.output("tx_run", "--help")
-    for path in ["completions/txt.bash", "completions/_txt", "completions/txt.fish", "completions/_txt.ps1",
-                 "man/txt.1", "man/txt-panel.1", "c/include/ftMscLib.h", "docs/txt.md", "LICENSE-MIT", "LICENSE-uPlot"]:
+    starter = {"windows": ["txt-start.cmd"], "macos": ["txt-start.command"]}.get(system.split("-")[0], [])
+    for path in [*starter, "completions/txt.bash", "completions/_txt", "completions/txt.fish",
+                 "completions/_txt.ps1", "man/txt.1", "man/txt-panel.1", "c/include/ftMscLib.h", "docs/txt.md",
+                 "LICENSE-MIT", "LICENSE-uPlot"]:
         assert (unpacked.folder / path).stat().st_size > 0, path
     served = []
     try:

@@ -37,18 +37,48 @@ const UNKNOWN: &str = "unknown";
 #[derive(clap::Args)]
 #[command(after_help = AFTER)]
 pub(crate) struct Args {
-    /// Further addresses, with or without a port
-    #[arg(value_parser = address)]
-    addresses: Vec<String>,
-    /// Ask only at the given addresses
-    #[arg(long, requires = "addresses")]
-    only: bool,
+    #[command(flatten)]
+    places: Places,
     /// Start each camera to see whether there is one
     #[arg(long)]
     try_camera: bool,
     /// Print JSON, for scripts
     #[arg(long)]
     json: bool,
+}
+
+/// Where to ask.
+#[derive(clap::Args, Default)]
+pub(crate) struct Places {
+    /// Further addresses, with or without a port
+    #[arg(value_parser = address)]
+    addresses: Vec<String>,
+    /// Ask only at the given addresses
+    #[arg(long, requires = "addresses")]
+    only: bool,
+}
+
+impl Places {
+    /// Asks everywhere at the same time.
+    pub(crate) fn search(&self) -> Result<Findings, Error> {
+        let usual = if self.only { &[] } else { USUAL_HOSTS };
+        let addresses = each_once(usual, &self.addresses);
+        let mut all = Findings::default();
+        match find_controllers(&SearchOptions::default().addresses(addresses).limit(LIMIT)) {
+            Ok(answers) => {
+                for controller in answers.controllers {
+                    // It may have been asked by its name, too.
+                    if !all.has(controller.address) {
+                        all.found.push(Found { controller, camera: None });
+                    }
+                }
+                all.tried = answers.others;
+            }
+            Err(Error::NoController { tried }) => all.tried = tried,
+            Err(error) => return Err(error),
+        }
+        Ok(all)
+    }
 }
 
 /// An address is not "auto", which has programs search as this command does.
@@ -61,24 +91,9 @@ fn address(given: &str) -> Result<String, &'static str> {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
-    let usual = if args.only { &[] } else { USUAL_HOSTS };
-    let addresses = each_once(usual, &args.addresses);
     let progress = ProgressBar::new_spinner().with_message("asking for controllers");
     progress.tick();
-    let mut all = Findings::default();
-    match find_controllers(&SearchOptions::default().addresses(addresses).limit(LIMIT)) {
-        Ok(answers) => {
-            for controller in answers.controllers {
-                // It may have been asked by its name, too.
-                if !all.has(controller.address) {
-                    all.found.push(Found { controller, camera: None });
-                }
-            }
-            all.tried = answers.others;
-        }
-        Err(Error::NoController { tried }) => all.tried = tried,
-        Err(error) => return Err(error.into()),
-    }
+    let mut all = args.places.search()?;
     if args.try_camera {
         progress.set_message("starting the cameras");
         all.try_cameras();
@@ -92,7 +107,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         return Err(Error::NoController { tried: all.tried }.into());
     }
     let silent = all.tried.iter().filter(|tried| !tried.perhaps_in_use);
-    let asked_for = silent.filter(|tried| args.addresses.contains(&tried.address));
+    let asked_for = silent.filter(|tried| args.places.addresses.contains(&tried.address));
     asked_for.for_each(|tried| eprintln!("{}", print::clean(&tried.to_string())));
     Ok(())
 }
@@ -123,8 +138,9 @@ struct Found {
     camera: Option<bool>,
 }
 
+/// What the search has found.
 #[derive(Default)]
-struct Findings {
+pub(crate) struct Findings {
     found: Vec<Found>,
     tried: Vec<TriedAddress>,
 }
@@ -176,7 +192,7 @@ impl Findings {
         lines(&[vec![head], rows].concat())
     }
 
-    fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         let controllers = self.found.iter().map(|Found { controller, camera }| {
             json!({
                 "address": controller.address.to_string(),

@@ -1,10 +1,10 @@
 //! Ctrl-C, the end of the session and such, and how a command ends: its last words have a limit.
 
-use std::process;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
+use std::{io, process};
 
 use anyhow::Context;
 use crossbeam_channel::{bounded, Receiver, Sender};
@@ -27,6 +27,15 @@ const STATUS: i32 = 130;
 static AGAIN: AtomicBool = AtomicBool::new(false);
 /// How much drives.
 static DRIVING: AtomicUsize = AtomicUsize::new(0);
+
+/// The command also ends when its standard input does.
+static WITH_INPUT: AtomicBool = AtomicBool::new(false);
+
+/// For a command that another process of this program has started, and that should not outlive it: the end of its
+/// standard input is as Ctrl-C. To be called before it asks for a receiver.
+pub(crate) fn end_with_input() {
+    WITH_INPUT.store(true, Ordering::SeqCst);
+}
 
 /// A receiver that gets a message with Ctrl-C, SIGTERM, SIGHUP or SIGQUIT. A program calls this once, before it moves
 /// anything.
@@ -64,6 +73,15 @@ fn asked_by(#[cfg(unix)] further: &[Signal]) -> anyhow::Result<Receiver<()>> {
         };
         thread::Builder::new().name("signals".to_owned()).spawn(wait)?;
     }
+    if WITH_INPUT.load(Ordering::SeqCst) {
+        let asked = Arc::clone(&asked);
+        let wait = move || {
+            // An input that can't be read has ended, too.
+            let _ = io::copy(&mut io::stdin().lock(), &mut io::sink());
+            asked.unless_asked();
+        };
+        thread::Builder::new().name("input".to_owned()).spawn(wait)?;
+    }
     let watched = ctrlc::set_handler(move || asked.again()).map_err(|error| match error {
         ctrlc::Error::System(cause) => anyhow::Error::from(cause),
         other => other.into(),
@@ -79,6 +97,14 @@ struct Asked {
 }
 
 impl Asked {
+    /// Ctrl-C in a terminal goes to both processes. It is still the first one.
+    fn unless_asked(&self) {
+        let is_first = self.first.lock().unwrap_or_else(PoisonError::into_inner).is_none();
+        if is_first {
+            self.again();
+        }
+    }
+
     fn again(&self) {
         let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
         match *first {

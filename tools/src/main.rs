@@ -25,6 +25,7 @@ mod seen;
 mod selftest;
 mod shell_files;
 mod simulate;
+mod start;
 mod stop;
 mod text_file;
 mod values;
@@ -65,6 +66,7 @@ enum Tool {
     Classroom(classroom::Args),
     Check(check::Args),
     Lesson(lesson::Args),
+    Start(start::Args),
 }
 
 /// Also what completions and manual pages leave out.
@@ -76,7 +78,16 @@ enum Any {
     ShellFiles(shell_files::Args),
     #[command(hide = true, name = program::KEEPER)]
     KeepProgram,
+    /// A command that ends with its standard input.
+    #[command(hide = true, name = WITH_INPUT)]
+    WithInput {
+        #[command(subcommand)]
+        tool: Tool,
+    },
 }
+
+/// The hidden command before a command of the start page.
+pub(crate) const WITH_INPUT: &str = "with-input";
 
 /// What is logged unless `RUST_LOG` says more. The errors of a transfer, a camera and a recording are returned to
 /// the commands, which report them.
@@ -89,6 +100,9 @@ fn main() -> ExitCode {
     logger.target(Target::Pipe(Box::new(lines::Log::new(asked)))).init();
     interrupt::outlive_full_files();
     if std::env::args_os().len() == 1 {
+        if start::is_double_click() {
+            return ended(start::run(start::Args::default()));
+        }
         // Who asks for nothing has made no mistake. Where the text can't go, there is nobody to tell.
         let _ = Cli::<Tool>::command().print_help();
         return ExitCode::SUCCESS;
@@ -97,6 +111,10 @@ fn main() -> ExitCode {
         Any::Tool(tool) => run(tool),
         Any::ShellFiles(args) => ended(shell_files::run(args, Cli::<Tool>::command())),
         Any::KeepProgram => ended(program::keep()),
+        Any::WithInput { tool } => {
+            interrupt::end_with_input();
+            run(tool)
+        }
     };
     lines::flush();
     code
@@ -121,6 +139,7 @@ fn run(tool: Tool) -> ExitCode {
         Tool::Classroom(args) => classroom::run(&args),
         Tool::Check(args) => return check(&args),
         Tool::Lesson(args) => lesson::run(&args),
+        Tool::Start(args) => start::run(args),
     })
 }
 

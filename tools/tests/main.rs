@@ -19,6 +19,7 @@ mod recording;
 mod replay;
 mod running;
 mod selftest;
+mod start;
 mod stop;
 mod used_up;
 mod watch;

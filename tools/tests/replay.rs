@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Motor};
 use ft_transfer_area::{
-    CameraFrame, CameraOptions, Error, Exchange, FishX1Transfer, TimeLimits,
+    CameraFrame, CameraOptions, Error, Exchange, FishX1Transfer, LoggedCycle, TimeLimits,
     TransferAreaComHandler, TransferMode, TxtClient,
 };
-use ft_transfer_area_recorder::{Options, Recorded, Recorder, Recording};
+use ft_transfer_area_recorder::{Options, Recorded, Recorder, Recording, Transfer};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
@@ -267,6 +267,43 @@ fn play(path: &str, stop: &Stop) -> (bool, String) {
     client.stop_online().unwrap();
     drop(client);
     replay.end()
+}
+
+/// Those before the end of a transfer, too.
+#[test]
+fn cycles_that_were_lost_at_the_end_are_played_without_a_difference() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let (recorder, mut feed) = Recorder::fed(&path, Options::default()).unwrap();
+    feed.transfer(
+        Instant::now(),
+        Transfer::Began {
+            device_name: "SLIDE".to_owned(),
+            firmware: "4.7.0".to_owned(),
+            address: String::new(),
+            areas: 1,
+        },
+    );
+    for number in 1..=10 {
+        let mut cycle = LoggedCycle::new(number, &[FishX1Transfer::default()]);
+        cycle.first = number == 1;
+        feed.cycle(cycle);
+    }
+    feed.transfer(Instant::now(), Transfer::NotRecorded { entries: 5 });
+    feed.transfer(Instant::now(), Transfer::Ended);
+    recorder.finish().unwrap();
+    for (cycles, expected) in
+        [(15, "It did the same."), (17, "it goes on, and the recorded one left")]
+    {
+        let replay = Replay::start(&path, &["--fast", "--once"]);
+        let (mut client, mut exchange) = replay.online();
+        let mut areas = [FishX1Transfer::default()];
+        (0..cycles).for_each(|_| client.do_transfer(&mut exchange, &mut areas).unwrap());
+        client.stop_online().unwrap();
+        drop(client);
+        let (_, said) = replay.end();
+        assert!(said.contains(expected), "{cycles}: {said}");
+    }
 }
 
 /// The library also ends distances and sounds in the exchange that stops the motors.

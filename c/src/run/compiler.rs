@@ -109,6 +109,8 @@ pub(crate) struct Compiler {
     words: Vec<OsString>,
     /// What distinguishes it and the user's options from others; `None` when that can't be known.
     pub(crate) identity: Option<String>,
+    /// The user's options.
+    flags: Vec<OsString>,
     /// Options before and behind those with our headers.
     before: Vec<OsString>,
     behind: Vec<OsString>,
@@ -147,16 +149,22 @@ impl Compiler {
         let standards = options.standards.iter().filter(|named| language.has_standard(named));
         behind.extend(standards.map(|named| format!("-std={named}").into()));
         let is_clang = version.contains("clang");
-        let mut compiler = Self { language, words, identity: None, before, behind, is_clang };
-        compiler.identity = compiler.identity(&flags)?;
+        let mut compiler =
+            Self { language, words, identity: None, flags, before, behind, is_clang };
+        compiler.identity = compiler.identity_now()?;
         Ok(compiler)
     }
 
-    fn identity(&self, flags: &[OsString]) -> Result<Option<String>, Sentence> {
+    /// Whether it is still the one that was found, and not another one in its place.
+    pub(crate) fn is_the_same(&self) -> Result<bool, Sentence> {
+        Ok(self.identity_now()? == self.identity)
+    }
+
+    fn identity_now(&self) -> Result<Option<String>, Sentence> {
         let [program, options @ ..] = self.words.as_slice() else { return Ok(None) };
-        let Some(program) = key::known_compiler(program, &[options, flags].concat()) else {
+        if !key::is_known_compiler(program, &[options, &self.flags].concat()) {
             return Ok(None);
-        };
+        }
         let mut command = self.compile(&[]);
         self.add_source(&mut command, Path::new("-"));
         // Otherwise it names files that are new each time.
@@ -164,7 +172,7 @@ impl Compiler {
         // What it says of files with options is in English then.
         let output = signals::output_of(command.env("LC_ALL", "C").arg("-###"))?;
         let commands = String::from_utf8(output.stderr).ok().filter(|_| output.status.success());
-        Ok(commands.and_then(|commands| key::identity(&program, &commands)))
+        Ok(commands.and_then(|commands| key::identity(program, &commands)))
     }
 
     pub(crate) fn command(&self) -> Command {

@@ -59,27 +59,28 @@ const VARIABLES: [&str; 8] = [
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Key(pub(crate) u128);
 
-/// The file of a compiler that does what its options say, and nothing else, with these options; `None` for others.
-pub(crate) fn known_compiler(compiler: &OsStr, options: &[OsString]) -> Option<PathBuf> {
+/// Whether this compiler does what its options say, and nothing else, with these options.
+pub(crate) fn is_known_compiler(compiler: &OsStr, options: &[OsString]) -> bool {
     let is_set = |name: &&str| env::var_os(name).is_some_and(|value| !value.is_empty());
     if INSERTS.iter().any(is_set) || !are_known(options) {
-        return None;
+        return false;
     }
-    found(compiler).filter(|file| is_compiler(file) && state_of(file).is_some())
+    found(compiler).is_some_and(|file| is_compiler(&file) && state_of(&file).is_some())
 }
 
 /// What distinguishes this compiler from another one, and its options; `None` when that can't be known. `commands` is
 /// what it says that it would run (`-###`): with all options, also those from elsewhere.
-pub(crate) fn identity(compiler: &Path, commands: &str) -> Option<String> {
+pub(crate) fn identity(compiler: &OsStr, commands: &str) -> Option<String> {
     let mut identity = commands.to_owned();
     let programs = programs(commands);
     // It is the compiler itself and the assembler.
     if programs.len() < 2 || FILES.iter().any(|file| commands.contains(file)) {
         return None;
     }
-    let programs = programs.iter().map(|program| found(OsStr::new(program)));
-    for program in [Some(compiler.to_owned())].into_iter().chain(programs) {
-        let _ = write!(identity, " {}", state_of(&program?)?);
+    for program in [compiler].into_iter().chain(programs.iter().map(OsStr::new)) {
+        let place = place_of(program)?;
+        let file = fs::canonicalize(&place).ok()?;
+        let _ = write!(identity, " {} {}", state_of(&file)?, way_to([place.as_path()].into_iter()));
     }
     for name in VARIABLES {
         let _ = write!(identity, " {:?}", env::var_os(name));
@@ -123,6 +124,11 @@ fn are_known(options: &[OsString]) -> bool {
 
 /// The file that the system runs for this command, behind all links.
 fn found(program: &OsStr) -> Option<PathBuf> {
+    fs::canonicalize(place_of(program)?).ok()
+}
+
+/// Where the system finds this command; it may be a link.
+fn place_of(program: &OsStr) -> Option<PathBuf> {
     let is_path = Path::new(program).components().count() > 1;
     let path = if is_path { None } else { env::var_os("PATH") };
     let folders = match &path {
@@ -132,7 +138,7 @@ fn found(program: &OsStr) -> Option<PathBuf> {
     let names =
         [program.to_owned(), [program, OsStr::new(env::consts::EXE_SUFFIX)].into_iter().collect()];
     let mut places = folders.iter().flat_map(|folder| names.iter().map(|name| folder.join(name)));
-    fs::canonicalize(places.find(|place| can_run(place))?).ok()
+    places.find(|place| can_run(place))
 }
 
 fn can_run(file: &Path) -> bool {

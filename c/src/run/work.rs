@@ -127,8 +127,9 @@ struct Text {
 }
 
 impl Unit<'_> {
-    /// Compiles the source. What is made of it is kept if neither its text nor its files have changed meanwhile, and the
-    /// compiler has read the same files: for a moment there may be another one in a folder where it looks first.
+    /// Compiles the source. What is made of it is kept if neither its text nor its files nor the compiler have changed
+    /// meanwhile, and the compiler has read the same files: for a moment there may be another one in a folder where it
+    /// looks first.
     fn compile(&self, object: &Path) -> Result<(), Sentence> {
         let names = object.with_extension("d");
         let Some(text) = self.text(&names)? else { return self.compile_to_object(object) };
@@ -147,7 +148,8 @@ impl Unit<'_> {
             return self.compile_to_object(object);
         }
         let is_all = read::file(&assembler).is_ok_and(|text| !key::reads_files(&text));
-        if has_same_files && is_all && self.text(&names)?.as_ref() == Some(&text) {
+        let is_same = self.text(&names)?.as_ref() == Some(&text) && self.compiler.is_the_same()?;
+        if has_same_files && is_all && is_same {
             self.cache.add(text.key, object, &messages);
         }
         Ok(())

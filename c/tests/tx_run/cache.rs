@@ -338,6 +338,63 @@ fn a_change_that_the_compiler_sees_is_seen() {
     });
 }
 
+/// A program that calls the compiler with an option, after a script that is there once: `asked` when it is asked what it
+/// would do, `compiled` when it compiles.
+fn write_compiler_with_scripts(option: &str, to: &Path) {
+    let source = format!(
+        "#include <stdlib.h>\n#include <string.h>\n#include <unistd.h>\n\
+         int main(int n, char **v) {{ char *words[999]; int i;\n\
+         for (i = 0; i < n && i < 990; i++) {{ words[i] = v[i];\n\
+         if (!strcmp(v[i], \"-###\")) system(\"test -x asked && ./asked && rm asked\");\n\
+         if (!strcmp(v[i], \"-S\")) system(\"test -x compiled && ./compiled && rm compiled\"); }}\n\
+         words[0] = \"/usr/bin/gcc\"; words[i] = \"{option}\"; words[i + 1] = 0;\n\
+         execv(words[0], words); return 9; }}\n"
+    );
+    let text = to.with_extension("scripts.c");
+    fs::create_dir_all(to.parent().unwrap()).unwrap();
+    fs::write(&text, source).unwrap();
+    compile(&text, to);
+}
+
+/// Runs a program with this compiler in place of which these scripts put another one, then puts back the first one.
+fn check_with_another_compiler(compiler: &str, scripts: &[(&str, &str)], back: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let cache = folder.path().join("cache");
+    for (of, option) in [("p1/gcc", "-fsigned-char"), ("p2/gcc", "-funsigned-char")] {
+        write_compiler_with_scripts(option, &folder.path().join(of));
+    }
+    let source = "int main(void) { char c = -1; return c < 0 ? 1 : 2; }\n";
+    put(folder.path(), &[("a.c", source), ("gcc", "-> p1/gcc"), ("back", back)]);
+    put(folder.path(), scripts);
+    let status = || {
+        let mut command = tx_run(&["a.c", "--world", "none"]);
+        command.current_dir(folder.path()).env("XDG_CACHE_HOME", &cache).env("HOME", &cache);
+        command.env("CC", compiler).env("PATH", "p0:p1:/usr/bin:/bin");
+        Run::start(&mut command).end().status
+    };
+    assert_eq!(status(), Some(2), "{compiler}: the other one compiles");
+    assert!(Command::new("./back").current_dir(folder.path()).status().unwrap().success());
+    for _ in 0..2 {
+        assert_eq!(status(), Some(1), "{compiler}: {scripts:?}");
+    }
+    assert_eq!(kept_in(&cache).len(), 1, "{compiler}: {scripts:?}");
+}
+
+/// It is there while it compiles, or until the end. Nothing of it is kept.
+#[test]
+fn what_another_compiler_has_made_for_a_moment_is_not_kept() {
+    if !has_compiler() || !has_gcc() || !Path::new("/usr/bin/gcc").exists() {
+        return;
+    }
+    let to_p2 = "#!/bin/sh\nln -sfn p2/gcc gcc\n";
+    let to_p1 = "#!/bin/sh\nln -sfn p1/gcc gcc\n";
+    let first_in_path = "#!/bin/sh\nmkdir p0; cp p2/gcc p0/gcc\n";
+    check_with_another_compiler("./gcc", &[("asked", to_p2)], to_p1);
+    let both = [("asked", to_p2), ("compiled", to_p1)];
+    check_with_another_compiler("./gcc", &both, "#!/bin/sh\n");
+    check_with_another_compiler("gcc", &[("asked", first_in_path)], "#!/bin/sh\nrm -r p0\n");
+}
+
 /// gcc reads it in place of the header, also one that is older. What it makes of it is not kept.
 #[test]
 fn a_precompiled_header_that_is_gone_leaves_nothing_wrong() {

@@ -30,23 +30,28 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// A new file when one has about this size: up to a second of recording and the index come on top.
+    /// A new file when one has about this size: up to a second of recording and the index come on top. 50 kB are the
+    /// least: smaller files would be heads only.
     pub fn of_bytes(bytes: u64) -> Self {
-        Self { bytes, time: Duration::MAX, keep: u64::MAX }
+        Self { bytes: bytes.max(LEAST), time: Duration::MAX, keep: u64::MAX }
     }
 
-    /// A new file after this time.
+    /// A new file after this time, 10 ms at least.
     pub fn of_time(time: Duration) -> Self {
-        Self { bytes: u64::MAX, time, keep: u64::MAX }
+        Self { bytes: u64::MAX, time: time.max(SHORTEST), keep: u64::MAX }
     }
 
-    /// Deletes the oldest files, so that all of them together stay below this size. No file gets larger than half
-    /// of it, so that there is always an earlier one.
+    /// Deletes the oldest files, so that all of them together stay below this size, 100 kB at least. No file gets
+    /// larger than half of it, so that there is always an earlier one. Half a second of recording comes into a file at
+    /// once: where that is more than an eighth of this size, as with pictures and a small size, it may come on top.
     #[must_use]
     pub fn keep(self, bytes: u64) -> Self {
-        Self { keep: bytes, ..self }
+        Self { keep: bytes.max(2 * LEAST), ..self }
     }
 }
+
+const LEAST: u64 = 50_000;
+const SHORTEST: Duration = Duration::from_millis(10);
 
 /// What may come into a file before it is looked at again.
 const AT_ONCE: u64 = 1 << 20;
@@ -73,11 +78,11 @@ impl Files {
         };
         let (stem, end) = (part(path.file_stem()), part(path.extension()));
         let end = if end.is_empty() { end } else { format!(".{end}") };
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let folder = folder.unwrap_or(Path::new(".")).to_owned();
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let there = if folder.as_os_str().is_empty() { Path::new(".") } else { &*folder };
         let name = [format!("{stem}-"), end];
         let mut number = 1;
-        for entry in fs::read_dir(&folder)? {
+        for entry in fs::read_dir(there)? {
             let there = entry?.file_name();
             number = number.max(number_in(&there.to_string_lossy(), &name).map_or(0, |it| it + 1));
         }
@@ -136,7 +141,8 @@ impl Files {
 /// The number in the name of a file, if it is a part with this name.
 fn number_in(file: &str, [stem, end]: &[String; 2]) -> Option<u64> {
     let number = file.strip_prefix(&**stem)?.strip_suffix(&**end)?;
-    number.parse().ok().filter(|number| *number < u64::MAX)
+    // Nobody makes more of them, and the next numbers have room.
+    number.parse().ok().filter(|number| *number < u64::MAX / 2)
 }
 
 #[cfg(test)]
@@ -157,19 +163,31 @@ mod tests {
         for other in ["run-0007.mcap", "run.mcap", "run-x.mcap", "other-0009.mcap"] {
             fs::write(folder.path().join(other), [0; 3000]).unwrap();
         }
-        let parts = Parts::of_bytes(1 << 40).keep(3200);
+        let parts = Parts::of_bytes(1 << 40).keep(320_000);
         let mut files = Files::beside(&folder.path().join("run.mcap"), parts).unwrap();
         for _ in 0..5 {
             let (path, _) = files.make().unwrap();
-            assert!(!files.is_full(1599) && files.is_full(1600), "half of what is kept");
-            files.done(path, 1000);
-            files.delete_oldest(500);
+            assert!(!files.is_full(159_999) && files.is_full(160_000), "half of what is kept");
+            files.done(path, 100_000);
+            files.delete_oldest(50_000);
             assert!(files.made.len() <= 2);
         }
         let own = ["run-0011.mcap", "run-0012.mcap"];
         let others = ["other-0009.mcap", "run-0007.mcap"];
         let expected = [&others[..], &own, &["run-x.mcap", "run.mcap"]].concat();
         assert_eq!(names(folder.path()), expected);
+    }
+
+    #[test]
+    fn a_size_or_a_time_of_nothing_makes_no_file_for_each_cycle() {
+        let folder = tempfile::tempdir().unwrap();
+        let of_time = Parts::of_time(Duration::ZERO);
+        for parts in [Parts::of_bytes(0), Parts::of_time(Duration::MAX).keep(0)] {
+            let mut files = Files::beside(&folder.path().join("run.mcap"), parts).unwrap();
+            files.make().unwrap();
+            assert!(!files.is_full(1000), "{parts:?}");
+        }
+        assert_eq!(of_time, Parts::of_time(SHORTEST));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::Input;
@@ -12,7 +12,8 @@ use ft_transfer_area::{
     CameraFrame, FishX1Transfer, TransferAreaComHandler, TransferAreaComHandlerBuilder,
 };
 use ft_transfer_area_recorder::{
-    Cycle, Entry, Error, FailureKind, Options, Parts, Recorded, Recorder, Recording, Transfer,
+    Cycle, Entry, Error, Failure, FailureKind, Options, Parts, Recorded, Recorder, Recording,
+    Transfer,
 };
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 use tempfile::TempDir;
@@ -119,6 +120,30 @@ fn a_recording_in_parts_has_each_cycle_once_and_each_part_begins_with_the_contro
     }
     assert_eq!(numbers, (1..=totals.cycles).collect::<Vec<_>>());
     assert_eq!(totals.lost, 0);
+}
+
+/// As of a program that goes online and offline again and again, behind `txt watch`.
+#[test]
+fn a_part_has_its_size_also_without_a_cycle() {
+    let folder = folder();
+    let parts = Parts::of_bytes(50_000);
+    let path = folder.path().join("run.mcap");
+    let (recorder, mut feed) = Recorder::fed(&path, roomy().parts(parts)).unwrap();
+    let mut number = 0_u32;
+    while recorder.newest() == recorder.path() {
+        // Something that does not get small.
+        let error = std::array::from_fn::<_, 20, _>(|_| {
+            number = number.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            char::from(b'a' + (number >> 16) as u8 % 26)
+        });
+        let failure = Failure { kind: FailureKind::Other, error: error.iter().collect() };
+        feed.transfer(Instant::now(), Transfer::EndedBy(failure));
+        std::thread::sleep(Duration::from_micros(100));
+        let size = fs::metadata(recorder.path()).unwrap().len();
+        // Half a second comes at once.
+        assert!(size < 2_000_000, "{size}");
+    }
+    recorder.finish().unwrap();
 }
 
 /// The parts of areas that are recorded, with the inputs that the simulated TXT gave.
@@ -400,10 +425,14 @@ fn on_a_slow_disk_cycles_are_lost_and_counted_and_the_transfer_goes_on() {
     let (entries, cut_off) = read(&path).unwrap();
     assert!(!cut_off);
     let cycles = cycles(&entries);
-    let lost: u64 = cycles.iter().map(|cycle| cycle.lost).sum();
+    let before_cycles: u64 = cycles.iter().map(|cycle| cycle.lost).sum();
+    let before_others = transfers(&entries).into_iter().map(|transfer| match transfer {
+        Transfer::NotRecorded { entries } => *entries,
+        _ => 0,
+    });
     assert!(totals.lost > 0, "there was nothing to lose");
     assert_eq!(cycles.len() as u64 + totals.lost, total);
-    assert!(lost <= totals.lost);
+    assert_eq!(before_cycles + before_others.sum::<u64>(), totals.lost, "also before the end");
     for pair in cycles.windows(2) {
         assert_eq!(pair[1].number, pair[0].number + pair[1].lost + 1, "the loss is where it was");
     }

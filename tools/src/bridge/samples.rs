@@ -111,7 +111,6 @@ fn the_flow_for_node_red_is_well_formed_and_uses_the_topics() {
         assert!(error.is_empty() || error.contains("is missing"), "{tail}: {error}");
     };
     let topics = Topics::new("ft", "press");
-    let mut controllers = BTreeSet::new();
     for node in &flow {
         match text(node, "type") {
             // Their topics come with messages.
@@ -125,16 +124,24 @@ fn the_flow_for_node_red_is_well_formed_and_uses_the_topics() {
                 assert_eq!(tail(text(node, "willTopic")), STOP);
                 assert_eq!(text(node, "willRetain"), "false");
             }
-            "subflow:ft-txt" => {
-                controllers.insert(node["env"][0]["value"].as_str().unwrap());
-            }
             _ => {}
         }
         if text(node, "type") == "mqtt out" {
             assert_eq!(text(node, "retain"), "false");
         }
     }
-    assert!(controllers.len() > 1, "{controllers:?}");
     is_command("M1/set");
     assert!(FLOW.contains(r#"topic: \"M1/set\""#) && reported().contains("I1"));
+}
+
+#[test]
+fn the_flow_finds_controllers_by_their_state_and_drives_none_at_first() {
+    let flow: Vec<Value> = serde_json::from_str(FLOW).unwrap();
+    let node = |id| flow.iter().find(|node| text(node, "id") == id).unwrap();
+    assert!(text(node("ft-subscribe"), "func").contains(&format!("/+/{STATE}`")));
+    assert!(flow.iter().all(|node| !node.to_string().contains("CONTROLLER")), "a name is typed");
+    assert_eq!(node("ft-rule")["d"], true, "the example drives what is found");
+    let page = text(node("ft-page-html"), "template");
+    assert!(page.find(r#"group("Inputs")"#) < page.find(r#"group("Outputs")"#));
+    assert!(page.contains(r#"content="dark light""#));
 }

@@ -21,6 +21,7 @@ use std::time::Duration;
 use anyhow::bail;
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{SimulatedTxt, SimulatedTxtBuilder};
+use serde_json::{json, Value};
 
 pub(crate) use self::desk::Shared as Desk;
 use self::lesson::Lesson;
@@ -133,6 +134,12 @@ pub(crate) fn desk(
     let lesson = given::lesson(lesson, Language::of_system()).map_err(anyhow::Error::msg)?;
     let txt = simulated_txt(builder, &lesson.read_world()?)?;
     Ok(desk::Shared(Arc::new(desk::Desk::new(lesson, txt, label))))
+}
+
+/// Number and title of each lesson, for pages.
+pub(crate) fn lessons() -> Vec<Value> {
+    let lessons = lesson::LESSONS.iter();
+    lessons.map(|one| json!({ "number": one.number, "title": one.title.json() })).collect()
 }
 
 /// The number of the lesson whose world has this name.

@@ -1,5 +1,6 @@
 //! Where a recording goes, and what becomes of a file that is there already.
 
+use std::fmt;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::thread;
@@ -93,6 +94,33 @@ fn beside(file: &Path) -> PathBuf {
     let mut name = file.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.new", std::process::id()));
     file.with_file_name(name)
+}
+
+/// The first file of a recording and the newest one, which may be the same.
+pub(crate) struct Files {
+    first: PathBuf,
+    newest: PathBuf,
+}
+
+impl Files {
+    pub(crate) fn of(recorder: &Recorder) -> Self {
+        Self { first: recorder.path().to_owned(), newest: recorder.newest() }
+    }
+
+    /// The file, if there is one only.
+    pub(crate) fn only(&self) -> Option<&Path> {
+        (self.first == self.newest).then_some(&self.newest)
+    }
+}
+
+impl fmt::Display for Files {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.first.display())?;
+        match self.only() {
+            Some(_) => Ok(()),
+            None => write!(f, " to {}", self.newest.display()),
+        }
+    }
 }
 
 /// Ends a file. The error says that it has not taken all in time.

@@ -14,7 +14,7 @@ use ft_transfer_area_simulator::SimulatedTxt;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::in_parts::InParts;
-use super::output::{discard, finish, Output};
+use super::output::{discard, finish, Files, Output};
 use crate::progress::Progress;
 use crate::{arguments, camera, interrupt, print};
 
@@ -207,18 +207,6 @@ fn watch(
     }
 }
 
-/// The first file of a recording and the newest one, which may be the same.
-struct Files {
-    first: PathBuf,
-    newest: PathBuf,
-}
-
-impl Files {
-    fn of(recorder: &Recorder) -> Self {
-        Self { first: recorder.path().to_owned(), newest: recorder.newest() }
-    }
-}
-
 /// What is recorded, as a sentence.
 struct Recorded {
     files: Files,
@@ -227,20 +215,13 @@ struct Recorded {
 
 impl fmt::Display for Recorded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Files { first, newest } = &self.files;
         let Totals { cycles, lost, frames, lost_frames, .. } = self.totals;
-        write!(f, "{}", first.display())?;
-        if newest != first {
-            write!(f, " to {}", newest.display())?;
-        }
-        write!(f, ": {cycles} cycles, {lost} lost")?;
+        write!(f, "{}: {cycles} cycles, {lost} lost", self.files)?;
         if frames + lost_frames > 0 {
             write!(f, ", {frames} pictures, {lost_frames} lost")?;
         }
-        if newest != first {
-            return Ok(());
-        }
-        let kilobytes = std::fs::metadata(newest).map_or(0, |file| file.len()).div_ceil(1000);
+        let Some(only) = self.files.only() else { return Ok(()) };
+        let kilobytes = std::fs::metadata(only).map_or(0, |file| file.len()).div_ceil(1000);
         write!(f, ", {kilobytes} kB")
     }
 }

@@ -119,8 +119,10 @@ impl Survey {
                     survey.count(&cycle, &mut measured);
                 }
                 Recorded::Transfer(transfer) => {
-                    if matches!(transfer, Transfer::Began { .. }) {
-                        transfers.begin();
+                    match &transfer {
+                        Transfer::Began { .. } => transfers.begin(),
+                        Transfer::NotRecorded { .. } => transfers.miss(),
+                        _ => {}
                     }
                     survey.note(&transfer, entry.at);
                 }
@@ -198,6 +200,7 @@ impl Survey {
                 self.answers(device_name, firmware, Some(address), at);
             }
             Transfer::Lost(_) => self.gaps += 1,
+            Transfer::NotRecorded { entries } => self.lost += entries,
             Transfer::Restored { after_ms, device_name, firmware, .. } => {
                 // Older files have no names there.
                 if !device_name.is_empty() {

@@ -3,14 +3,16 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::time::Duration;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_recorder::{FailureKind, Transfer};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use super::clients::transfers;
-use super::support::{connect, KitClient, Watch};
+use super::support::{command, connect, KitClient, Watch};
+use super::LIMIT;
 use crate::recording::{said, txt};
 use crate::running::Running;
 
@@ -90,4 +92,32 @@ fn a_program_that_goes_online_twice_without_an_end_has_two_transfers() {
     assert!(well && said.contains("after 12 recorded cycles. It did the same."), "{said}");
     let (well, said) = replay(&path, false, &[512, 400]);
     assert!(!well && said.contains("O1 was 300 and is 400."), "{said}");
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn the_cycles_of_all_parts_are_told_with_the_first_and_the_last_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let arguments = ["--no-page", "--record", path.to_str().unwrap(), "--parts", "1s"];
+    let mut command = command(txt.address(), &arguments);
+    let running = Running::start(command.stderr(Stdio::piped()));
+    let main = running.line();
+    let address = main.strip_prefix("main ").unwrap().parse().unwrap();
+    let mut client = KitClient::without_question(connect(address));
+    let begin = Instant::now();
+    // When the third one is there, the second one is known.
+    while !folder.path().join("run-0003.mcap").exists() {
+        client.exchange([0; 8]);
+        assert!(begin.elapsed() < LIMIT, "there is no third part");
+    }
+    stop_online(&mut client.stream);
+    running.signal("INT");
+    let said = said(&running.end());
+    let first = folder.path().join("run-0001.mcap");
+    assert!(
+        said.contains(&format!("{} to {}", first.display(), folder.path().display())),
+        "{said}"
+    );
 }

@@ -92,7 +92,8 @@ export class LampView {
     this.bulb = svg("svg", { class: "bulb", viewBox: "-32 -32 64 64", role: "img" },
       svg("radialGradient", { id: "halo" }, svg("stop", { class: "halo-stop", offset: 0.4, "stop-opacity": 0.55 }), svg("stop", { class: "halo-stop", offset: 1, "stop-opacity": 0 })),
       svg("circle", { class: "halo", r: 31 }), svg("circle", { class: "glass", r: 15 }), svg("circle", { class: "light", r: 15 }),
-      svg("path", { class: "wire-in", d: "M-5 6L-3 -4L0 2L3 -4L5 6" }));
+      // The sign of a lamp in a circuit diagram. A filament looks like an M, and so like a motor.
+      svg("path", { class: "wire-in", d: "M-10.6 -10.6L10.6 10.6M10.6 -10.6L-10.6 10.6" }));
     this.element = h("li", { class: "lamp" }, this.bulb, h("span", { class: "label" }, terminal), names.small(terminal));
   }
 

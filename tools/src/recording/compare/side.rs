@@ -13,6 +13,8 @@ pub(super) struct Side {
     transfers: Transfers,
     /// When its first cycle was.
     begin: Option<Duration>,
+    /// Whether something is missing since the last cycle, also before the end of its transfer.
+    misses: bool,
     next: Option<Step>,
 }
 
@@ -40,6 +42,7 @@ impl Side {
             recording,
             transfers: Transfers::default(),
             begin: None,
+            misses: false,
             next: None,
         })
     }
@@ -59,11 +62,15 @@ impl Side {
             let Some(entry) = self.recording.next().transpose()? else { break };
             match entry.what {
                 Recorded::Transfer(Transfer::Began { .. }) => self.transfers.begin(),
-                Recorded::Missing => self.transfers.miss(),
+                Recorded::Missing | Recorded::Transfer(Transfer::NotRecorded { .. }) => {
+                    self.transfers.miss();
+                    self.misses = true;
+                }
                 Recorded::Cycle(cycle) => {
                     // It may have been running when the recording was started.
-                    let is_missing = self.transfers.cycle(cycle.number);
-                    let lost = is_missing || cycle.lost > 0 || self.begin.is_none();
+                    self.transfers.cycle(cycle.number);
+                    let misses = std::mem::take(&mut self.misses);
+                    let lost = misses || cycle.lost > 0 || self.begin.is_none();
                     self.begin.get_or_insert(entry.at);
                     let transfer = self.transfers.count;
                     self.next = Some(Step { transfer, at: entry.at, cycle, lost });
@@ -82,6 +89,6 @@ impl Side {
     /// Whether cycles are missing before the next one, or at the end.
     pub(super) fn has_lost(&mut self) -> Result<bool, Error> {
         let lost = self.peek()?.map(|step| step.lost);
-        Ok(lost.unwrap_or_else(|| self.transfers.is_missing()))
+        Ok(lost.unwrap_or(self.misses))
     }
 }

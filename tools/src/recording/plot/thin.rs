@@ -66,7 +66,13 @@ impl Thin {
             _ => self.buckets.push(one),
         }
         if self.buckets.len() > self.most {
-            self.halve();
+            self.join();
+            // With room for some more before this is done again, however many cuts there are.
+            while self.buckets.len() > self.most / 4 * 3 {
+                self.width *= 2.0;
+                self.buckets.iter_mut().for_each(|bucket| bucket.index /= 2);
+                self.join();
+            }
         }
     }
 
@@ -75,18 +81,20 @@ impl Thin {
         self.cut = true;
     }
 
-    fn halve(&mut self) {
-        self.width *= 2.0;
-        let mut halved: Vec<Bucket> = Vec::with_capacity(self.most);
-        for mut bucket in self.buckets.drain(..) {
-            bucket.index /= 2;
-            match halved.last_mut() {
-                // A cut within a bucket stays.
-                Some(last) if last.index == bucket.index && !bucket.cut => last.take(&bucket),
-                _ => halved.push(bucket),
+    /// Makes one of the buckets of the same time. A cut within it stays, unless there are more cuts than anybody sees.
+    fn join(&mut self) {
+        let cuts = self.buckets.iter().filter(|bucket| bucket.cut).count();
+        let cuts_stay = cuts <= self.most / 2;
+        let mut joined: Vec<Bucket> = Vec::with_capacity(self.most);
+        for bucket in self.buckets.drain(..) {
+            match joined.last_mut() {
+                Some(last) if last.index == bucket.index && !(bucket.cut && cuts_stay) => {
+                    last.take(&bucket);
+                }
+                _ => joined.push(bucket),
             }
         }
-        self.buckets = halved;
+        self.buckets = joined;
     }
 
     /// Whether all values of these lines are the same.
@@ -216,6 +224,25 @@ mod tests {
         assert_eq!(lines.len(), 2);
         assert_eq!(lines[1][0].0, 5000.0);
         assert!(lines[0].iter().all(|(at, _)| *at < 5000.0));
+    }
+
+    #[test]
+    fn a_line_of_many_parts_keeps_its_bounds_and_its_steps() {
+        let mut thin = Thin::of(400);
+        // Half of the time in parts of two values.
+        for cycle in 0..200_000 {
+            if cycle < 100_000 && cycle % 2 == 0 {
+                thin.cut();
+            }
+            let value = if cycle == 150_001 { 5000.0 } else { f64::from(cycle % 7) };
+            thin.add(f64::from(cycle) * 0.01, value);
+            assert!(thin.buckets.len() <= 400, "{} at {cycle}", thin.buckets.len());
+        }
+        assert!(thin.step() < 2000.0 / 400.0 * 8.0, "{}", thin.step());
+        let points: Vec<_> = thin.lines().concat();
+        assert!((400..=4 * 400).contains(&points.len()), "{}", points.len());
+        assert!(points.contains(&(1500.01, 5000.0)));
+        assert!(points.is_sorted_by(|one, next| one.0 <= next.0));
     }
 
     #[test]

@@ -42,6 +42,8 @@ pub(super) struct Tracks {
     /// Since when there is no connection: since the last cycle, because a loss is noticed later.
     lost_since: Option<f64>,
     last_cycle: Option<f64>,
+    /// Whether cycles since the last one are not recorded.
+    has_lost: bool,
     ticks: Vec<f64>,
     /// What is unusual, if that is drawn.
     marks: Option<Marks>,
@@ -70,6 +72,7 @@ impl Tracks {
             gaps: Vec::new(),
             lost_since: None,
             last_cycle: None,
+            has_lost: false,
             ticks: Vec::new(),
             marks: None,
             controllers: Vec::new(),
@@ -99,7 +102,8 @@ impl Tracks {
         }
         match entry.what {
             Recorded::Cycle(cycle) => {
-                let goes_on = self.lost_since.is_none();
+                let has_lost = std::mem::take(&mut self.has_lost) || cycle.lost > 0;
+                let goes_on = self.lost_since.is_none() && !has_lost;
                 self.end_gap(at);
                 self.last_cycle = Some(at);
                 if is_wanted {
@@ -125,7 +129,7 @@ impl Tracks {
             let new = Column::of_areas(self.areas).into_iter().skip(self.tracks.len());
             self.tracks.extend(new.map(Track::new));
         }
-        let connected = goes_on && !cycle.first && cycle.lost == 0;
+        let connected = goes_on && !cycle.first;
         for track in &mut self.tracks {
             track.take(at, cycle, connected, self.buckets);
         }
@@ -138,6 +142,7 @@ impl Tracks {
                 self.answers(at, device_name);
             }
             Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_) => self.lose(at),
+            Transfer::NotRecorded { .. } => self.has_lost = true,
             _ => {}
         }
     }
@@ -232,7 +237,8 @@ impl Tracks {
         // What was lost at the end was lost until the next entry, or to the end.
         self.end_gap(seen.end);
         let gaps = self.gaps.drain(..).filter(|gap| gap.end > seen.start && gap.start < gap.end);
-        gaps.map(|gap| gap.start.max(seen.start)..gap.end.min(seen.end)).collect()
+        let gaps = gaps.map(|gap| gap.start.max(seen.start)..gap.end.min(seen.end)).collect();
+        fewer(gaps, (seen.end - seen.start) / TICKS as f64)
     }
 
     pub(super) fn ticks(&self) -> impl Iterator<Item = f64> + '_ {
@@ -270,6 +276,21 @@ impl Tracks {
         }
         panels.into_iter().map(|(_, panel)| panel).collect()
     }
+}
+
+/// Of more gaps than anybody can tell apart, those that are not farther from each other than this are one.
+fn fewer(gaps: Vec<Range<f64>>, apart: f64) -> Vec<Range<f64>> {
+    if gaps.len() <= TICKS {
+        return gaps;
+    }
+    let mut fewer: Vec<Range<f64>> = Vec::new();
+    for gap in gaps {
+        match fewer.last_mut() {
+            Some(last) if gap.start - last.end <= apart => last.end = last.end.max(gap.end),
+            _ => fewer.push(gap),
+        }
+    }
+    fewer
 }
 
 /// The panel of a unit, which is added if it is the first of it.
@@ -316,5 +337,20 @@ fn axis(unit: &str) -> String {
         "cm" => String::from("distance in cm"),
         "duty" => String::from("duty, 512 is full"),
         other => other.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_gaps_those_that_nobody_tells_apart_are_one() {
+        let gap = |at: usize| at as f64..at as f64 + 0.5;
+        assert_eq!(fewer((0..TICKS).map(gap).collect(), 100.0).len(), TICKS, "not too many");
+        let gaps = (0..30_000).chain(60_000..60_010).map(gap).collect();
+        let seen = 60_010.5;
+        let fewer = fewer(gaps, seen / TICKS as f64);
+        assert_eq!(fewer, [0.0..29_999.5, 60_000.0..60_009.5]);
     }
 }

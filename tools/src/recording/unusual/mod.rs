@@ -106,8 +106,7 @@ impl Unusual {
 
     fn look_at_cycle(&mut self, at: Duration, cycle: &Cycle, found: &mut Vec<(Kind, u64, String)>) {
         if cycle.lost > 0 {
-            let what = format!("{} entries are not recorded: the disk was too slow", cycle.lost);
-            found.push((Kind::NotRecorded, cycle.lost, what));
+            found.push(not_recorded(cycle.lost));
         }
         if !cycle.first {
             if let Some(usual) = self.pace.longer_than_usual(cycle.since_last) {
@@ -130,6 +129,11 @@ impl Unusual {
     }
 }
 
+fn not_recorded(entries: u64) -> (Kind, u64, String) {
+    let what = format!("{entries} entries are not recorded: the disk was too slow");
+    (Kind::NotRecorded, entries, what)
+}
+
 fn of_transfer(transfer: &Transfer) -> Option<(Kind, u64, String)> {
     let (kind, what) = match transfer {
         Transfer::Lost(failure) => {
@@ -144,6 +148,7 @@ fn of_transfer(transfer: &Transfer) -> Option<(Kind, u64, String)> {
         Transfer::WatchdogExpired { limit_ms } => {
             (Kind::Watchdog, format!("the watchdog stopped the motors after {limit_ms} ms"))
         }
+        Transfer::NotRecorded { entries } => return Some(not_recorded(*entries)),
         _ => return None,
     };
     Some((kind, 1, what))
