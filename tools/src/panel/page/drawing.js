@@ -245,7 +245,7 @@ export class Drawing {
       const end = [Math.max(x1, Math.min(at[0], x2)), y1 > at[1] ? y1 : y2];
       setAttribute(leader, "d", distance(at, end) > NEAR && `M${at}L${end}`);
     }
-    this.fit([this.box[0], box[1], this.box[2], box[3]]);
+    this.fit([this.box[0], box[1], this.box[2], box[3] + 3]);
   }
 
   /** Shows this rectangle, and lays the places' elements over it. */
