@@ -7,7 +7,7 @@ use std::time::Instant;
 use crossbeam_channel::{bounded, Receiver, Sender};
 use ft_transfer_area::LoggedCycle;
 
-use crate::format::Transfer;
+use crate::format::{RecordedEvent, Transfer};
 
 /// Takes cycles into a recording that has no handler; made by [`Recorder::fed`](crate::Recorder::fed). Nothing of
 /// it waits for the disk: what has no room is lost, and the next entry has the number of lost ones.
@@ -48,6 +48,17 @@ pub(crate) struct FedEntry {
 pub(crate) enum Fed {
     Cycle(LoggedCycle),
     Transfer { at: Instant, what: Transfer },
+    Event { at: Instant, what: RecordedEvent },
+}
+
+impl FedEntry {
+    /// When it happened.
+    pub(crate) fn at(&self) -> Instant {
+        match &self.what {
+            Fed::Cycle(cycle) => cycle.arrived,
+            Fed::Transfer { at, .. } | Fed::Event { at, .. } => *at,
+        }
+    }
 }
 
 impl Feed {

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use ft_transfer_area::{Event, LoggedBeginning, TimedEvent};
 use serde::{Deserialize, Serialize};
 use serde_json::{json, Value};
 
@@ -99,6 +100,38 @@ pub enum Transfer {
     EndedBy(Failure),
 }
 
+impl From<&LoggedBeginning> for Transfer {
+    fn from(began: &LoggedBeginning) -> Self {
+        Self::Began {
+            device_name: began.device_name.clone(),
+            firmware: began.firmware.to_string(),
+            address: began.address.map(|address| address.to_string()).unwrap_or_default(),
+            areas: began.areas,
+        }
+    }
+}
+
+impl Transfer {
+    /// What an event tells that comes from no response; `None` for any other.
+    pub(crate) fn of_event(event: &Event) -> Option<Self> {
+        let millis = |time: &Duration| u64::try_from(time.as_millis()).unwrap_or(u64::MAX);
+        Some(match event {
+            Event::ConnectionLost { error, .. } => Self::Lost(Failure::from(error)),
+            Event::ConnectionRestored { after, device_name, firmware, .. } => Self::Restored {
+                after_ms: millis(after),
+                device_name: device_name.clone(),
+                firmware: firmware.to_string(),
+            },
+            Event::WatchdogExpired { limit, .. } => {
+                Self::WatchdogExpired { limit_ms: millis(limit) }
+            }
+            Event::TransferEnded { error: Some(error), .. } => Self::EndedBy(Failure::from(error)),
+            Event::TransferEnded { .. } => Self::Ended,
+            _ => return None,
+        })
+    }
+}
+
 /// An error of a transfer.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Failure {
@@ -159,6 +192,22 @@ pub struct RecordedEvent {
     pub y: Option<i64>,
     /// The cycle of its response.
     pub cycle: u64,
+}
+
+impl From<&TimedEvent> for RecordedEvent {
+    fn from(reported: &TimedEvent) -> Self {
+        let mut message = Self {
+            event: reported.event.kind().name().to_owned(),
+            cycle: reported.cycle,
+            ..Self::default()
+        };
+        if let Some(details) = reported.event.details() {
+            message.controller = controller(details.area);
+            message.terminal = details.terminal;
+            (message.value, message.y) = (details.value, details.y);
+        }
+        message
+    }
 }
 
 /// What was counted until then, once a second.

@@ -8,6 +8,7 @@
 //! | record what a program does | [`Recorder`] |
 //! | record what another program does | [`Recorder::fed`] |
 //! | record for days, into several files | [`Parts`] |
+//! | begin with what came before | [`History`] |
 //! | read a recording | [`Recording`] |
 //! | make tables and plots of it | [`Column`] |
 //! | compare two of them | [`Cycle::values`] |
@@ -17,6 +18,7 @@ mod damage;
 mod error;
 mod feed;
 mod format;
+mod history;
 mod output;
 mod part;
 mod parts;
@@ -25,6 +27,7 @@ mod recorder;
 mod records;
 mod source;
 mod target;
+mod under_way;
 mod writer;
 
 pub use column::Column;
@@ -32,6 +35,7 @@ pub use damage::Damage;
 pub use error::Error;
 pub use feed::Feed;
 pub use format::{Failure, FailureKind, RecordedEvent, RecordedStatistics, Transfer};
+pub use history::{Follow, History};
 pub use part::value_names;
 pub use parts::Parts;
 pub use reader::{Cycle, Entry, Recorded, Recording};

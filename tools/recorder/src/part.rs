@@ -59,7 +59,7 @@ impl Part {
 }
 
 /// All parts, made once.
-static PARTS: LazyLock<Vec<Part>> = LazyLock::new(parts);
+pub(crate) static PARTS: LazyLock<Vec<Part>> = LazyLock::new(parts);
 
 /// The names of all values that a recording has of a controller, in the order of
 /// [`Cycle::values`](crate::Cycle::values): the last part of the topic, and the name in its messages.

@@ -78,11 +78,11 @@ impl Files {
         };
         let (stem, end) = (part(path.file_stem()), part(path.extension()));
         let end = if end.is_empty() { end } else { format!(".{end}") };
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let folder = folder.unwrap_or(Path::new(".")).to_owned();
+        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+        let there = if folder.as_os_str().is_empty() { Path::new(".") } else { &*folder };
         let name = [format!("{stem}-"), end];
         let mut number = 1;
-        for entry in fs::read_dir(&folder)? {
+        for entry in fs::read_dir(there)? {
             let there = entry?.file_name();
             number = number.max(number_in(&there.to_string_lossy(), &name).map_or(0, |it| it + 1));
         }

@@ -17,6 +17,7 @@ use mcap::{McapError, McapResult};
 use crate::error::Error;
 use crate::feed::{Fed, FedEntry, Feed};
 use crate::format::Transfer;
+use crate::history::Follow;
 use crate::parts::Parts;
 use crate::target::Target;
 use crate::writer::Losses;
@@ -78,6 +79,8 @@ pub struct Totals {
     pub frames: u64,
     /// Pictures that were lost because the disk was too slow.
     pub lost_frames: u64,
+    /// About how large the file is; of a recording in parts, the newest one.
+    pub bytes: u64,
 }
 
 /// Records a handler into a file, in a thread of its own.
@@ -137,6 +140,8 @@ struct State {
     /// The file, of several the newest.
     path: Mutex<PathBuf>,
     recorded: Mutex<Totals>,
+    /// How many bytes the file has.
+    bytes: AtomicU64,
     lost_frames: AtomicU64,
     /// The bytes of the pictures that wait.
     frame_bytes: AtomicUsize,
@@ -154,7 +159,8 @@ impl State {
 
     fn recorded(&self) -> Totals {
         let recorded = *self.recorded.lock().unwrap_or_else(PoisonError::into_inner);
-        Totals { lost_frames: self.lost_frames.load(Ordering::Relaxed), ..recorded }
+        let lost_frames = self.lost_frames.load(Ordering::Relaxed);
+        Totals { lost_frames, bytes: self.bytes.load(Ordering::Relaxed), ..recorded }
     }
 
     fn failure(&self) -> Option<IoError> {
@@ -221,6 +227,19 @@ impl Recorder {
         Ok((recorder, feed))
     }
 
+    /// Begins to record what a [`History`](crate::History) had, and what it gets from then on, until it hands on no
+    /// more. The file begins with the oldest of it. Blocks as [`start`](Self::start).
+    ///
+    /// Instead of a number of cycles, as many bytes as the history has room for wait for a slow disk.
+    ///
+    /// # Errors
+    ///
+    /// The file can't be created, or takes nothing in 5 s, or the operating system has no more threads.
+    pub fn follow(path: impl AsRef<Path>, follow: Follow, options: Options) -> Result<Self, Error> {
+        let path = path.as_ref().to_owned();
+        Self::record(path, options.parts, Source::History(follow), DISK_LIMIT)
+    }
+
     fn record(
         path: PathBuf,
         parts: Option<Parts>,
@@ -230,14 +249,15 @@ impl Recorder {
         let (sender, frames) = bounded(FRAMES);
         let (stop, stopped) = bounded(0);
         let state = Arc::new(State { path: Mutex::new(path.clone()), ..State::default() });
-        let now = Instant::now();
+        let within = source.within();
+        let begin_at = within.as_ref().map_or_else(Instant::now, |(since, _)| *since);
         let worker = Worker {
             source,
             frames,
             stopped,
             state: Arc::clone(&state),
-            flushed: now,
-            reported: now,
+            flushed: begin_at,
+            reported: begin_at,
         };
         let (begin, begun) = bounded(1);
         let (hand, handed) = bounded(1);
@@ -249,7 +269,7 @@ impl Recorder {
                 let _end: Sender<()> = end;
                 block_size_signal();
                 // Both fail when nobody waits for it any more.
-                match Target::create(path, parts) {
+                match Target::create(path, parts, within) {
                     Ok(target) => {
                         let _ = begin.send(Ok(target.newest().to_owned()));
                         if let Ok(worker) = handed.recv() {
@@ -414,6 +434,7 @@ enum Source {
         /// How many had no room.
         lost: Arc<AtomicU64>,
     },
+    History(Follow),
 }
 
 /// The recorder's thread.
@@ -431,11 +452,14 @@ struct Worker {
 impl Worker {
     fn run(mut self, mut file: Target) {
         let done = self.record_until_stopped(&mut file).and_then(|()| file.writer.finish());
-        if let Err(error) = done {
-            let cause = cause(error);
-            let path = self.state.path();
-            log::error!("nothing more is recorded into {}: {cause}", path.display());
-            *self.state.failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(cause);
+        match done {
+            Ok(bytes) => self.state.bytes.store(bytes, Ordering::Relaxed),
+            Err(error) => {
+                let cause = cause(error);
+                let path = self.state.path();
+                log::error!("nothing more is recorded into {}: {cause}", path.display());
+                *self.state.failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(cause);
+            }
         }
     }
 
@@ -449,12 +473,19 @@ impl Worker {
             if stopped || !goes_on {
                 return Ok(());
             }
-            if self.flushed.elapsed() >= FLUSH {
-                file.writer.flush()?;
-                file.delete_oldest();
-                self.flushed = Instant::now();
-            }
+            self.flush_if_due(file, Instant::now())?;
         }
+    }
+
+    /// At the time of what comes next.
+    fn flush_if_due(&mut self, file: &mut Target, now: Instant) -> McapResult<()> {
+        if now.saturating_duration_since(self.flushed) >= FLUSH {
+            file.writer.flush()?;
+            file.delete_oldest();
+            self.state.bytes.store(file.writer.bytes(), Ordering::Relaxed);
+            self.flushed = now;
+        }
+        Ok(())
     }
 
     /// Records what has come in until now; returns whether more may come.
@@ -465,12 +496,13 @@ impl Worker {
             match self.source.next() {
                 Ok(Entry::Logged(entry)) => self.entry(file, &entry)?,
                 Ok(Entry::Fed(entry)) => self.fed(file, &entry)?,
+                Ok(Entry::Kept(entry)) => self.kept(file, &entry)?,
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => goes_on = false,
             }
         }
         while let Some(reported) = self.source.next_event() {
-            file.writer.event(&reported)?;
+            file.writer.event(reported.arrived, &(&reported).into())?;
         }
         for _ in 0..self.frames.len() {
             if let Ok(frame) = self.frames.try_recv() {
@@ -483,18 +515,22 @@ impl Worker {
 
     fn entry(&mut self, file: &mut Target, entry: &LogEntry) -> McapResult<()> {
         match &entry.what {
-            Logged::Cycle(cycle) => self.cycle(file, cycle, entry.lost)?,
+            Logged::Cycle(cycle) => self.cycle(file, cycle, entry.lost, Instant::now())?,
             Logged::Began(began) => {
                 self.before_transfer(file, began.at, entry.lost)?;
-                file.writer.began(began)?;
+                file.writer.transfer(began.at, &began.into())?;
             }
             Logged::Event(reported) => {
                 self.before_transfer(file, reported.arrived, entry.lost)?;
-                file.writer.state(reported)?;
+                match Transfer::of_event(&reported.event) {
+                    Some(message) => file.writer.transfer(reported.arrived, &message)?,
+                    // A kind that this program does not know yet is not lost.
+                    None => file.writer.event(reported.arrived, &reported.into())?,
+                }
             }
             Logged::Failed { at, error, .. } => {
                 self.before_transfer(file, *at, entry.lost)?;
-                file.writer.failed(*at, error)?;
+                file.writer.transfer(*at, &Transfer::Failed(error.into()))?;
             }
             other => log::warn!("this recorder is too old for {other:?}, which is not recorded"),
         }
@@ -503,23 +539,44 @@ impl Worker {
     }
 
     fn fed(&mut self, file: &mut Target, entry: &FedEntry) -> McapResult<()> {
+        self.fed_at(file, entry, Instant::now())
+    }
+
+    /// What was before comes at once, so its own time counts.
+    fn kept(&mut self, file: &mut Target, entry: &FedEntry) -> McapResult<()> {
+        let at = entry.at();
+        self.flush_if_due(file, at)?;
+        self.fed_at(file, entry, at)
+    }
+
+    fn fed_at(&mut self, file: &mut Target, entry: &FedEntry, now: Instant) -> McapResult<()> {
         match &entry.what {
-            Fed::Cycle(cycle) => self.cycle(file, cycle, entry.lost)?,
+            Fed::Cycle(cycle) => self.cycle(file, cycle, entry.lost, now)?,
             Fed::Transfer { at, what } => {
                 self.before_transfer(file, *at, entry.lost)?;
                 file.writer.transfer(*at, what)?;
+            }
+            Fed::Event { at, what } => {
+                self.before_transfer(file, *at, entry.lost)?;
+                file.writer.event(*at, what)?;
             }
         }
         self.count(matches!(entry.what, Fed::Cycle(_)), entry.lost);
         Ok(())
     }
 
-    fn cycle(&mut self, file: &mut Target, cycle: &LoggedCycle, lost: u64) -> McapResult<()> {
+    fn cycle(
+        &mut self,
+        file: &mut Target,
+        cycle: &LoggedCycle,
+        lost: u64,
+        now: Instant,
+    ) -> McapResult<()> {
         self.begin_part(file, cycle.arrived)?;
         let writer = &mut file.writer;
         writer.cycle(cycle, lost)?;
-        if self.reported.elapsed() >= STATISTICS {
-            self.reported = Instant::now();
+        if now.saturating_duration_since(self.reported) >= STATISTICS {
+            self.reported = now;
             let lost = self.lost();
             writer.statistics(cycle.arrived, &cycle.statistics, lost)?;
         }
@@ -563,6 +620,7 @@ impl Worker {
         let (entries, events) = match &self.source {
             Source::Handler { log, events } => (log.lost(), events.lost()),
             Source::Feed { lost, .. } => (lost.load(Ordering::Relaxed), 0),
+            Source::History(follow) => (follow.lost(), 0),
         };
         let frames = self.state.lost_frames.load(Ordering::Relaxed);
         Losses { entries, events, frames }
@@ -574,6 +632,8 @@ impl Worker {
 enum Entry {
     Logged(LogEntry),
     Fed(FedEntry),
+    /// What may be from before.
+    Kept(FedEntry),
 }
 
 impl Source {
@@ -581,21 +641,31 @@ impl Source {
         match self {
             Self::Handler { log, .. } => log.receiver().len(),
             Self::Feed { entries, .. } => entries.len(),
+            Self::History(follow) => follow.waiting(),
         }
     }
 
-    fn next(&self) -> Result<Entry, TryRecvError> {
+    /// Since when there is something of a transfer that runs already, and what has happened to it.
+    fn within(&self) -> Option<(Instant, Vec<Transfer>)> {
+        match self {
+            Self::Handler { .. } | Self::Feed { .. } => None,
+            Self::History(follow) => Some((follow.since(), follow.under_way().to_vec())),
+        }
+    }
+
+    fn next(&mut self) -> Result<Entry, TryRecvError> {
         match self {
             Self::Handler { log, .. } => log.try_recv().map(Entry::Logged),
             Self::Feed { entries, .. } => entries.try_recv().map(Entry::Fed),
+            Self::History(follow) => follow.next().map(Entry::Kept),
         }
     }
 
-    /// The next event of a response. A feed has none.
+    /// The next event of a response. Of a history it is an entry; a feed has none.
     fn next_event(&self) -> Option<TimedEvent> {
         match self {
             Self::Handler { events, .. } => events.try_recv().ok(),
-            Self::Feed { .. } => None,
+            Self::Feed { .. } | Self::History(_) => None,
         }
     }
 }

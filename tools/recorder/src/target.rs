@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use mcap::McapResult;
 
+use crate::format::Transfer;
 use crate::parts::{Files, Parts};
 use crate::writer::Writer;
 
@@ -17,8 +18,13 @@ pub(crate) struct Target {
 }
 
 impl Target {
-    /// The first file. A single one takes the place of an earlier one.
-    pub(crate) fn create(path: PathBuf, parts: Option<Parts>) -> McapResult<Self> {
+    /// The first file. A single one takes the place of an earlier one. It may begin within a transfer, at a time
+    /// before now.
+    pub(crate) fn create(
+        path: PathBuf,
+        parts: Option<Parts>,
+        within: Option<(Instant, Vec<Transfer>)>,
+    ) -> McapResult<Self> {
         let mut files = parts.map(|parts| Files::beside(&path, parts)).transpose()?;
         let (newest, file) = match &mut files {
             Some(files) => files.make()?,
@@ -27,7 +33,11 @@ impl Target {
                 (path, file)
             }
         };
-        Ok(Self { writer: Writer::new(file)?, newest, files })
+        let writer = match within {
+            Some((since, under_way)) => Writer::within(file, since, &under_way)?,
+            None => Writer::new(file)?,
+        };
+        Ok(Self { writer, newest, files })
     }
 
     pub(crate) fn newest(&self) -> &Path {

@@ -6,9 +6,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use base64::prelude::{Engine, BASE64_STANDARD};
 use ft_transfer_area::transfer_area::{MAX_AREAS, MAX_EXTENSIONS};
-use ft_transfer_area::{
-    CameraFrame, Event, FishX1Transfer, LoggedBeginning, LoggedCycle, Statistics, TimedEvent,
-};
+use ft_transfer_area::{CameraFrame, FishX1Transfer, LoggedCycle, Statistics};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{McapError, McapResult};
@@ -16,12 +14,13 @@ use serde::Serialize;
 use serde_json::Value;
 
 use crate::format::{
-    controller, schema_of, topic, CycleMessage, Failure, ImageMessage, LogMessage, RecordedEvent,
-    RecordedStatistics, Timestamp, Transfer, CAMERA, CYCLE, ERROR, EVENTS, FORMAT, HEAD,
-    HEAD_FORMAT, HEAD_STARTED, INFO, LOG, STATISTICS, TRANSFER, WARNING,
+    schema_of, topic, CycleMessage, ImageMessage, LogMessage, RecordedEvent, RecordedStatistics,
+    Timestamp, Transfer, CAMERA, CYCLE, ERROR, EVENTS, FORMAT, HEAD, HEAD_FORMAT, HEAD_STARTED,
+    INFO, LOG, STATISTICS, TRANSFER, WARNING,
 };
 use crate::output::{options, without_index, Output};
 use crate::part::{parts, Part};
+use crate::under_way::UnderWay;
 
 type Mcap = mcap::Writer<NoSeek<Output>>;
 
@@ -51,7 +50,7 @@ pub(crate) struct Writer {
     /// Whether the next cycle is the first one of its chunk.
     begins_chunk: bool,
     /// What has happened to the transfer that runs, as far as the next part needs it.
-    under_way: Vec<Transfer>,
+    under_way: UnderWay,
 }
 
 /// A chunk is not longer than this and one entry, however much comes in half a second.
@@ -135,9 +134,14 @@ impl Writer {
 
     /// What goes on in another file, from this time on.
     pub(crate) fn next_part(&self, file: File, since: Instant) -> McapResult<Self> {
-        let mut next = Self::beginning(file, WallClock::since(since))?;
-        self.under_way.iter().try_for_each(|message| next.transfer(since, message))?;
-        Ok(next)
+        Self::within(file, since, self.under_way.messages())
+    }
+
+    /// Writes the head into a new file that begins at this time, within a transfer to which this has happened.
+    pub(crate) fn within(file: File, since: Instant, under_way: &[Transfer]) -> McapResult<Self> {
+        let mut writer = Self::beginning(file, WallClock::since(since))?;
+        under_way.iter().try_for_each(|message| writer.transfer(since, message))?;
+        Ok(writer)
     }
 
     fn beginning(file: File, clock: WallClock) -> McapResult<Self> {
@@ -164,7 +168,7 @@ impl Writer {
             has_news: false,
             in_chunk: 0,
             begins_chunk: true,
-            under_way: Vec::new(),
+            under_way: UnderWay::default(),
         };
         for topic in [CYCLE, TRANSFER, EVENTS, STATISTICS, LOG] {
             writer.add_topic(topic)?;
@@ -287,46 +291,6 @@ impl Writer {
         Ok(())
     }
 
-    pub(crate) fn began(&mut self, began: &LoggedBeginning) -> McapResult<()> {
-        let message = Transfer::Began {
-            device_name: began.device_name.clone(),
-            firmware: began.firmware.to_string(),
-            address: began.address.map(|address| address.to_string()).unwrap_or_default(),
-            areas: began.areas,
-        };
-        self.transfer(began.at, &message)
-    }
-
-    pub(crate) fn failed(
-        &mut self,
-        at: Instant,
-        error: &ft_transfer_area::Error,
-    ) -> McapResult<()> {
-        self.transfer(at, &Transfer::Failed(Failure::from(error)))
-    }
-
-    /// An event that comes from no response.
-    pub(crate) fn state(&mut self, reported: &TimedEvent) -> McapResult<()> {
-        let message = match &reported.event {
-            Event::ConnectionLost { error, .. } => Transfer::Lost(Failure::from(error)),
-            Event::ConnectionRestored { after, device_name, firmware, .. } => Transfer::Restored {
-                after_ms: nanos(*after) / 1_000_000,
-                device_name: device_name.clone(),
-                firmware: firmware.to_string(),
-            },
-            Event::WatchdogExpired { limit, .. } => {
-                Transfer::WatchdogExpired { limit_ms: nanos(*limit) / 1_000_000 }
-            }
-            Event::TransferEnded { error: Some(error), .. } => {
-                Transfer::EndedBy(Failure::from(error))
-            }
-            Event::TransferEnded { .. } => Transfer::Ended,
-            // A kind that this program does not know yet is not lost.
-            _ => return self.event(reported),
-        };
-        self.transfer(reported.arrived, &message)
-    }
-
     /// What has happened to a transfer, for programs and as a line for people.
     pub(crate) fn transfer(&mut self, at: Instant, message: &Transfer) -> McapResult<()> {
         let (level, text) = match message {
@@ -351,53 +315,22 @@ impl Writer {
             Transfer::EndedBy(why) => (ERROR, format!("the transfer has ended: {}", why.error)),
         };
         self.keep_chunk_short()?;
-        self.keep_under_way(message);
+        self.under_way.take(message);
         // A time before the file began would confuse those who look for its beginning.
         let at = at.max(self.clock.began);
         self.put_json(TRANSFER, at, message)?;
         self.put_log(at, level, text)
     }
 
-    fn keep_under_way(&mut self, message: &Transfer) {
-        match message {
-            Transfer::Began { .. } => self.under_way = vec![message.clone()],
-            Transfer::Lost(_) => {
-                self.under_way.truncate(1);
-                self.under_way.push(message.clone());
-            }
-            Transfer::Restored { device_name: new_name, firmware: new_firmware, .. } => {
-                self.under_way.truncate(1);
-                if let Some(Transfer::Began { device_name, firmware, .. }) =
-                    self.under_way.first_mut()
-                {
-                    device_name.clone_from(new_name);
-                    firmware.clone_from(new_firmware);
-                }
-            }
-            Transfer::Failed(_) | Transfer::Ended | Transfer::EndedBy(_) => self.under_way.clear(),
-            Transfer::WatchdogExpired { .. } | Transfer::NotRecorded { .. } => {}
-        }
-    }
-
     /// Whether a transfer runs, as far as it is known here.
     pub(crate) fn is_under_way(&self) -> bool {
-        !self.under_way.is_empty()
+        !self.under_way.messages().is_empty()
     }
 
     /// An event of a response, of whatever kind.
-    pub(crate) fn event(&mut self, reported: &TimedEvent) -> McapResult<()> {
+    pub(crate) fn event(&mut self, at: Instant, message: &RecordedEvent) -> McapResult<()> {
         self.keep_chunk_short()?;
-        let mut message = RecordedEvent {
-            event: reported.event.kind().name().to_owned(),
-            cycle: reported.cycle,
-            ..RecordedEvent::default()
-        };
-        if let Some(details) = reported.event.details() {
-            message.controller = controller(details.area);
-            message.terminal = details.terminal;
-            (message.value, message.y) = (details.value, details.y);
-        }
-        self.put_json(EVENTS, reported.arrived, &message)
+        self.put_json(EVENTS, at, message)
     }
 
     pub(crate) fn statistics(

@@ -13,6 +13,7 @@ use super::order::Order;
 use super::problem::Problem;
 use super::request::CameraRequest;
 use crate::camera::options;
+use crate::recording::on_demand::Button;
 
 /// How many orders may wait.
 const WAITING: usize = 4;
@@ -77,15 +78,17 @@ impl Camera {
 pub(super) fn start(
     handler: Arc<TransferAreaComHandler>,
     camera: Arc<Camera>,
+    button: Button,
 ) -> Result<Sender<Order<CameraRequest>>, Error> {
     let (orders, receiver) = bounded(WAITING);
-    spawn("camera", move || work(&handler, &camera, &receiver))?;
+    spawn("camera", move || work(&handler, &camera, &button, &receiver))?;
     Ok(orders)
 }
 
 fn work(
     handler: &TransferAreaComHandler,
     camera: &Camera,
+    button: &Button,
     orders: &Receiver<Order<CameraRequest>>,
 ) {
     let mut frames = never();
@@ -107,7 +110,10 @@ fn work(
                 Err(_) => return,
             },
             recv(frames) -> frame => match frame {
-                Ok(frame) => camera.show(&frame),
+                Ok(frame) => {
+                    camera.show(&frame);
+                    button.picture(&frame);
+                }
                 Err(_) => {
                     frames = never();
                     let mut state = camera.lock();

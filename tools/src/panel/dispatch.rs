@@ -135,6 +135,8 @@ impl Panel {
             Request::Stop => self.stop_by_page(),
             Request::Disconnect => self.host(host).and_then(|host| host.gate(false)),
             Request::Admit => self.host(host).and_then(|host| host.gate(true)),
+            // It moves nothing, so each page may.
+            Request::Record(starts) => self.host(host).and_then(|host| host.record(starts)),
             Request::World(request) => self.change_world(page, host, area, &request),
             Request::Work(work) => return self.order(page, host, area, work, reply),
         };

@@ -24,6 +24,7 @@ use super::world::Simulated;
 use crate::commands::stop_all;
 use crate::gate::Gate;
 use crate::names::Names;
+use crate::recording::on_demand::{Button, Keeper};
 
 /// How many commands may wait for a controller. It takes them 100 times a second.
 const WAITING: usize = 64;
@@ -45,6 +46,8 @@ pub(crate) struct Host {
     driven: Option<Driven>,
     /// Where that program goes through this one.
     gate: Option<Arc<Gate>>,
+    /// Where it can be recorded.
+    button: Option<Button>,
     /// What people call its terminals.
     names: Names,
     /// Whether the outputs were off then.
@@ -62,12 +65,12 @@ struct Driven {
 
 impl Host {
     /// A controller at this address, with so many areas.
-    pub(crate) fn at(address: &str, areas: usize, common: &Arc<Common>) -> Result<Self, Error> {
+    pub(crate) fn at(address: &str, areas: usize, common: &Arc<Common>) -> anyhow::Result<Self> {
         Self::start(address.to_owned(), areas, None, common)
     }
 
     /// A simulated TXT in this program.
-    pub(crate) fn simulated(simulated: Simulated, common: &Arc<Common>) -> Result<Self, Error> {
+    pub(crate) fn simulated(simulated: Simulated, common: &Arc<Common>) -> anyhow::Result<Self> {
         let (address, areas) = (simulated.address(), 1 + simulated.extensions());
         Self::start(address, areas, Some(Arc::new(simulated)), common)
     }
@@ -85,8 +88,9 @@ impl Host {
         })?;
         let camera = Arc::default();
         let simulated = Some(simulated);
-        let (hands, driven, gate, names) = (true, None, None, Names::default());
-        Ok(Self { address, state, simulated, hands, camera, driven, gate, names, ended })
+        let (driven, gate, button) = (None, None, None);
+        let (hands, names) = (true, Names::default());
+        Ok(Self { address, state, simulated, hands, camera, driven, gate, button, names, ended })
     }
 
     /// A controller that another program drives through this one, and where to say what has happened to it.
@@ -94,16 +98,18 @@ impl Host {
         address: &str,
         common: &Arc<Common>,
         gate: &Arc<Gate>,
+        button: Option<Button>,
     ) -> (Self, Watched) {
         let (publish, state) = watch::channel(None);
         let camera = Arc::new(Camera::default());
         let (common, kept) = (Arc::clone(common), Arc::clone(gate));
-        let watched = Watched::new(common, Arc::clone(&camera), kept, publish);
+        let watched = Watched::new(common, Arc::clone(&camera), kept, button.clone(), publish);
         // Its end is that of the program.
         let (_, ended) = bounded(0);
         let (address, gate) = (address.to_owned(), Some(Arc::clone(gate)));
         let (simulated, hands, driven, names) = (None, false, None, Names::default());
-        let host = Self { address, state, simulated, hands, camera, driven, gate, names, ended };
+        let host =
+            Self { address, state, simulated, hands, camera, driven, gate, button, names, ended };
         (host, watched)
     }
 
@@ -112,7 +118,7 @@ impl Host {
         areas: usize,
         simulated: Option<Arc<Simulated>>,
         common: &Arc<Common>,
-    ) -> Result<Self, Error> {
+    ) -> anyhow::Result<Self> {
         let limits = ft_transfer_area::TimeLimits::default().connect(CONNECT_LIMIT);
         let handler = TransferAreaComHandler::builder(&*address)
             .areas(areas)
@@ -124,10 +130,12 @@ impl Host {
             simulated.configure(&mut handler.areas().lock());
         }
         let (handler, camera) = (Arc::new(handler), Arc::new(Camera::default()));
+        let button = Keeper::start(&handler)?;
         let controller = Controller {
             handler: Arc::clone(&handler),
             simulated: simulated.clone(),
             camera: Arc::clone(&camera),
+            button: button.clone(),
             common: Arc::clone(common),
             running: Arc::default(),
         };
@@ -141,11 +149,12 @@ impl Host {
             orders,
             stopper: start_stopper(handler.areas().clone())?,
             i2c: i2c::start(Arc::clone(&handler), Arc::clone(common))?,
-            camera: camera::start(handler, Arc::clone(&camera))?,
+            camera: camera::start(handler, Arc::clone(&camera), button.clone())?,
         };
-        let driven = Some(driven);
-        let (hands, gate, names) = (true, None, Names::default());
-        let host = Self { address, state, simulated, hands, camera, driven, gate, names, ended };
+        let (driven, gate, button) = (Some(driven), None, Some(button));
+        let (hands, names) = (true, Names::default());
+        let host =
+            Self { address, state, simulated, hands, camera, driven, gate, button, names, ended };
         spawn("host", move || {
             // Nobody may wait for it any more.
             let _ = end.send(worker.run());
@@ -172,6 +181,7 @@ impl Host {
             camera: Arc::clone(&self.camera),
             driven: None,
             gate: None,
+            button: None,
             names: self.names.clone(),
             ended: self.ended.clone(),
         }
@@ -217,6 +227,18 @@ impl Host {
             gate.shut();
         }
         Ok(())
+    }
+
+    /// Starts or stops a recording.
+    pub(crate) fn record(&self, starts: bool) -> Result<(), Problem> {
+        let text = "this page does not start or stop a recording";
+        let clicked = self.button.as_ref().is_some_and(|button| button.click(starts));
+        clicked.then_some(()).ok_or_else(|| Problem::new("not_recorded", text))
+    }
+
+    /// Ends a recording. What is returned has an end when that is done.
+    pub(crate) fn end_recording(&self) -> Option<Receiver<()>> {
+        self.button.as_ref().map(Button::end)
     }
 
     /// Sets all outputs to 0 now. The worker does it, too; this works even if that hangs.

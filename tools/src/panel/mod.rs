@@ -46,6 +46,8 @@ use crate::{lines, names};
 const SIMULATED: &str = "simulated";
 /// How long the controllers may take to end their transfers.
 const END_LIMIT: Duration = Duration::from_secs(5);
+/// How long the ends of recordings may take.
+const FILES_LIMIT: Duration = Duration::from_secs(3);
 
 /// Show and drive controllers on a page in the browser
 #[derive(clap::Args)]
@@ -96,12 +98,14 @@ pub(crate) fn run(mut args: Args) -> anyhow::Result<()> {
     // A full pipe has them later.
     interrupt::in_time(move || publish(&words)).unwrap_or(Ok(()))?;
     let guardian = guard(&args)?;
-    let _driving = Driving::begin();
+    let driving = Driving::begin();
     let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
     let router = server::router([Arc::clone(&panel)])?;
     let _opening = site.serve(router, (!args.no_browser).then_some(url))?;
     interrupted.recv()?;
     end(&panel, guardian);
+    drop(driving);
+    end_recordings(&panel);
     Ok(())
 }
 
@@ -118,7 +122,7 @@ fn start_hosts(args: &Args, common: &Arc<Common>) -> anyhow::Result<Vec<Host>> {
     let start = |host: &String| {
         if host == SIMULATED {
             let world = read_world(args.world.as_deref())?;
-            return Ok(Host::simulated(Simulated::start(world, extensions)?, common)?);
+            return Host::simulated(Simulated::start(world, extensions)?, common);
         }
         Host::at(host, 1 + extensions.unwrap_or(MAX_EXTENSIONS), common)
             .with_context(|| host.clone())
@@ -181,5 +185,15 @@ fn end(panel: &Panel, guardian: Option<Guardian>) {
         log::warn!("no answer from {} at the end", late.join(", "));
     } else if let Some(guardian) = guardian {
         guardian.dismiss();
+    }
+}
+
+/// Ends the files, as far as their disks take it in time: nothing moves any more.
+fn end_recordings(panel: &Panel) {
+    let ends: Vec<_> = panel.hosts.iter().filter_map(Host::end_recording).collect();
+    let deadline = Instant::now() + FILES_LIMIT;
+    for end in ends {
+        // Nothing is ever sent.
+        let _ = end.recv_deadline(deadline);
     }
 }

@@ -12,6 +12,7 @@ pub(crate) use super::watched::Watched;
 pub(crate) use super::world::Simulated;
 use crate::gate::Gate;
 use crate::names::Names;
+use crate::recording::on_demand::Button;
 use crate::web::access::Token;
 use crate::web::browser::Opening;
 use crate::web::{self, Site};
@@ -61,10 +62,11 @@ pub(crate) fn watch(
     address: &str,
     names: Names,
     gate: &Arc<Gate>,
+    button: Option<Button>,
     opens_browser: bool,
 ) -> anyhow::Result<(String, Watched, Opening)> {
     let common = Arc::new(Common::new());
-    let (host, watched) = Host::watched(address, &common, gate);
+    let (host, watched) = Host::watched(address, &common, gate, button);
     let (url, opening) = show_hosts(vec![host.named(names)], common, opens_browser)?;
     Ok((url, watched, opening))
 }

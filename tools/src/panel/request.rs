@@ -27,6 +27,7 @@ pub(crate) enum Request {
     /// For a controller that another program drives through this one.
     Disconnect,
     Admit,
+    Record(bool),
     World(WorldRequest),
     Work(Work),
 }
@@ -116,6 +117,7 @@ fn understand(value: Value) -> Result<Message, Problem> {
         "stop" => Request::Stop,
         "disconnect" => Request::Disconnect,
         "admit" => Request::Admit,
+        "record" => Request::Record(field(&value, "on")?),
         "camera" => Request::Work(Work::Camera(parse(value)?)),
         "i2c_scan" | "i2c_read" | "i2c_write" => Request::Work(Work::I2c(parse(value)?)),
         "press" | "sensor" | "remote" | "plug" | "put" | "take_away" => {

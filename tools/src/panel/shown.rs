@@ -63,6 +63,7 @@ impl Shown {
             i2c: false,
             watched: None,
             lesson: self.simulated.course().and_then(|course| course.progress()),
+            recording: None,
         };
         state.publish(&self.publish);
     }

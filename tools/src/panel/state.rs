@@ -13,6 +13,7 @@ use super::course::Progress;
 use super::problem::Problem;
 use super::world::WorldReport;
 use crate::commands::Pair;
+use crate::recording::on_demand::RecordingState;
 use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
 /// How often the state is published.
@@ -33,6 +34,9 @@ pub(super) struct HostState<'a> {
     /// How far the pupil is in a lesson.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) lesson: Option<Progress>,
+    /// Where it can be recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) recording: Option<RecordingState>,
 }
 
 impl HostState<'_> {

@@ -16,6 +16,7 @@ use super::state::{
 };
 use crate::commands::stop_all;
 use crate::gate::Gate;
+use crate::recording::on_demand::Button;
 use crate::seen::{
     forgotten, halted, missed, no_answer, not_understood, refused, unanswered, Controllers, Cycle,
     Farewell, Gone, Happened, I2cExchange, Line, Seen, FAREWELL_UNANSWERED,
@@ -31,6 +32,7 @@ pub(crate) struct Watched {
     common: Arc<Common>,
     camera: Arc<Camera>,
     gate: Arc<Gate>,
+    button: Option<Button>,
     publish: watch::Sender<Newest>,
     next_state: Instant,
     /// How many programs are connected.
@@ -62,12 +64,14 @@ impl Watched {
         common: Arc<Common>,
         camera: Arc<Camera>,
         gate: Arc<Gate>,
+        button: Option<Button>,
         publish: watch::Sender<Newest>,
     ) -> Self {
         let mut watched = Self {
             common,
             camera,
             gate,
+            button,
             publish,
             next_state: Instant::now(),
             programs: 0,
@@ -236,6 +240,7 @@ impl Watched {
             i2c: false,
             watched: Some(watched),
             lesson: None,
+            recording: self.button.as_ref().map(Button::state),
         };
         state.publish(&self.publish);
     }

@@ -17,6 +17,7 @@ use super::problem::Problem;
 use super::state::{self, HostState, Link, Newest, Phase, STATE_PERIOD};
 use super::world::Simulated;
 use crate::commands::{stop_all, Command};
+use crate::recording::on_demand::Button;
 
 /// How long to wait for a response before looking after everything else.
 const WAIT: Duration = Duration::from_millis(40);
@@ -32,6 +33,7 @@ pub(super) struct Controller {
     pub(super) handler: Arc<TransferAreaComHandler>,
     pub(super) simulated: Option<Arc<Simulated>>,
     pub(super) camera: Arc<Camera>,
+    pub(super) button: Button,
     pub(super) common: Arc<Common>,
     pub(super) running: Arc<AtomicBool>,
 }
@@ -223,6 +225,7 @@ impl Worker {
             i2c: self.phase == Phase::Running,
             watched: None,
             lesson: None,
+            recording: Some(self.controller.button.state()),
         };
         state.publish(&self.publish);
     }

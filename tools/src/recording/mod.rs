@@ -5,6 +5,7 @@ pub(crate) mod compare;
 pub(crate) mod csv;
 pub(crate) mod in_parts;
 pub(crate) mod info;
+pub(crate) mod on_demand;
 pub(crate) mod output;
 pub(crate) mod part;
 pub(crate) mod plot;

@@ -124,9 +124,14 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     let listeners = ports::listen(args.port)?;
     ports::check_apart(&listeners, controller)?;
     let main = listeners[0].local_addr()?;
-    let record = output
-        .map(|output| Record::start(output, args.in_parts.options(), controller.ip()))
-        .transpose()?;
+    // Without a page nobody can ask for a file later.
+    let (record, button) = match output {
+        Some(output) => {
+            Some(Record::start(output, args.in_parts.options(), controller.ip())?).unzip()
+        }
+        None if args.no_page => (None, None),
+        None => Some(Record::keep(controller.ip())).unzip(),
+    };
     drop(reader);
     let gate = Arc::<Gate>::default();
     let mut _opening = Opening::default();
@@ -134,7 +139,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
         (None, None)
     } else {
         let (url, watched, opening) =
-            pages::watch(&controller.to_string(), names.clone(), &gate, !args.no_browser)?;
+            pages::watch(&controller.to_string(), names.clone(), &gate, button, !args.no_browser)?;
         _opening = opening;
         (Some(url), Some(watched))
     };
@@ -298,6 +303,9 @@ impl Looker {
         let now = Instant::now();
         if awake.hears_silence(now) {
             decoder.look(now, &mut report);
+        }
+        if let Some(record) = record {
+            record.look();
         }
         if let Some(watched) = watched {
             watched.publish_when_due();

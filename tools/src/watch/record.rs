@@ -12,6 +12,7 @@ use ft_transfer_area_recorder::{
 
 use super::changes::name;
 use crate::lines;
+use crate::recording::on_demand::{Button, Keeper, Shown, Trouble};
 use crate::recording::output::{discard, Files, Output};
 use crate::seen::{
     forgotten, halted, no_answer, Controllers, Cycle, Farewell, Happened, Line, Seen,
@@ -29,12 +30,9 @@ enum End {
     OnlineAgain,
 }
 
-/// Writes a recording.
+/// Understands what is to be recorded.
 pub(super) struct Record {
-    output: Output,
-    recorder: Recorder,
-    feed: Feed,
-    frames: FrameSink,
+    into: Into,
     address: String,
     controllers: Controllers,
     /// The first cycle is still to come.
@@ -50,6 +48,22 @@ pub(super) struct Record {
     /// What it has sent beyond the last answer, and what was left out.
     beyond: Beyond,
     statistics: Statistics,
+}
+
+/// Where it goes.
+enum Into {
+    File(ToFile),
+    /// Until a page wants a file.
+    Memory(Keeper),
+}
+
+/// A file from beginning to end.
+struct ToFile {
+    output: Output,
+    recorder: Recorder,
+    feed: Feed,
+    frames: FrameSink,
+    shown: Shown,
     /// An error was reported.
     failed: bool,
 }
@@ -121,14 +135,29 @@ impl End {
 }
 
 impl Record {
-    pub(super) fn start(output: Output, options: Options, address: IpAddr) -> anyhow::Result<Self> {
+    /// Into this file, and how pages learn of it.
+    pub(super) fn start(
+        output: Output,
+        options: Options,
+        address: IpAddr,
+    ) -> anyhow::Result<(Self, Button)> {
         let (recorder, feed) = Recorder::fed(output.first(), options)?;
-        let frames = recorder.frames();
-        Ok(Self {
-            output,
-            recorder,
-            feed,
-            frames,
+        let (frames, shown) = (recorder.frames(), Shown::default());
+        shown.begin(Instant::now(), Duration::ZERO);
+        let button = Button::fixed(shown.clone());
+        let file = ToFile { output, recorder, feed, frames, shown, failed: false };
+        Ok((Self::new(Into::File(file), address), button))
+    }
+
+    /// Into memory, and how pages make a file of it.
+    pub(super) fn keep(address: IpAddr) -> (Self, Button) {
+        let (keeper, button) = Keeper::new();
+        (Self::new(Into::Memory(keeper), address), button)
+    }
+
+    fn new(into: Into, address: IpAddr) -> Self {
+        Self {
+            into,
             address: address.to_string(),
             controllers: Controllers::default(),
             begins: false,
@@ -138,8 +167,7 @@ impl Record {
             unanswered: None,
             beyond: Beyond::default(),
             statistics: Statistics::default(),
-            failed: false,
-        })
+        }
     }
 
     pub(super) fn take(&mut self, seen: &Seen) {
@@ -156,14 +184,20 @@ impl Record {
             Line::Main | Line::I2c => {}
             Line::Camera => {
                 if let Happened::Picture(frame) = &seen.what {
-                    self.frames.record(frame);
+                    match &self.into {
+                        Into::File(file) => file.frames.record(frame),
+                        Into::Memory(keeper) => keeper.picture(frame),
+                    }
                 }
             }
         }
-        if let Some(error) = self.recorder.error() {
-            if !std::mem::replace(&mut self.failed, true) {
-                log::warn!("{error:#}; everything is passed on as before");
-            }
+    }
+
+    /// What is to be done from time to time.
+    pub(super) fn look(&mut self) {
+        match &mut self.into {
+            Into::File(file) => file.look(),
+            Into::Memory(keeper) => keeper.look(),
         }
     }
 
@@ -198,7 +232,7 @@ impl Record {
                 } else {
                     // By a connection of its own.
                     let failure = Failure { kind: FailureKind::Other, error };
-                    self.feed.transfer(seen.at, Transfer::EndedBy(failure));
+                    self.into.transfer(seen.at, Transfer::EndedBy(failure));
                 }
             }
             Happened::Offline(farewell) => self.ended(seen.at, End::Offline(*farewell)),
@@ -246,7 +280,7 @@ impl Record {
                 End::OnlineAgain => failed(FailureKind::Other, end.name().to_owned()),
             },
         };
-        self.feed.transfer(at, what);
+        self.into.transfer(at, what);
     }
 
     fn cycle(&mut self, seen: &Seen, cycle: &Cycle) {
@@ -260,10 +294,9 @@ impl Record {
             let (device_name, firmware) = self.controllers.of(seen.connection).unwrap_or_default();
             let (address, areas) = (self.address.clone(), cycle.areas.len());
             let began = Transfer::Began { device_name, firmware, address, areas };
-            self.feed.transfer(seen.at, began);
-            if let Err(error) = self.output.begun(&mut self.recorder) {
-                let path = self.recorder.path().display();
-                log::warn!("{error:#}; the recording goes on as {path}");
+            self.into.transfer(seen.at, began);
+            if let Into::File(file) = &mut self.into {
+                file.begun();
             }
         }
         let statistics = &mut self.statistics;
@@ -282,11 +315,57 @@ impl Record {
         logged.arrived = seen.at;
         logged.first = cycle.number == 1;
         logged.statistics = *statistics;
-        self.feed.cycle(logged);
+        match &mut self.into {
+            Into::File(file) => file.feed.cycle(logged),
+            Into::Memory(keeper) => keeper.history().cycle(&logged),
+        }
     }
 
     /// Ends the file, and says what is in it.
     pub(super) fn finish(self) -> anyhow::Result<()> {
+        match self.into {
+            Into::File(file) => file.finish(),
+            Into::Memory(keeper) => {
+                keeper.finish();
+                Ok(())
+            }
+        }
+    }
+}
+
+impl Into {
+    fn transfer(&mut self, at: Instant, what: Transfer) {
+        match self {
+            Self::File(file) => file.feed.transfer(at, what),
+            Self::Memory(keeper) => keeper.history().transfer(at, what),
+        }
+    }
+}
+
+impl ToFile {
+    /// The file takes its place.
+    fn begun(&mut self) {
+        if let Err(error) = self.output.begun(&mut self.recorder) {
+            let path = self.recorder.path().display();
+            log::warn!("{error:#}; the recording goes on as {path}");
+        }
+    }
+
+    fn look(&mut self) {
+        if self.failed {
+            return;
+        }
+        let newest = self.recorder.newest();
+        let path = if self.output.is_beside() { self.output.path() } else { &*newest };
+        self.shown.take(&self.recorder, path);
+        if let Some(error) = self.recorder.error() {
+            self.failed = true;
+            self.shown.end(Some(Trouble::of(&error)));
+            log::warn!("{error:#}; everything is passed on as before");
+        }
+    }
+
+    fn finish(self) -> anyhow::Result<()> {
         if self.output.is_beside() {
             discard(self.recorder);
             let path = self.output.path().display();

@@ -7,6 +7,7 @@ use std::net::{TcpListener, TcpStream};
 use std::os::{fd::OwnedFd, unix::net::UnixStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -267,8 +268,10 @@ pub(crate) struct Listener {
 
 impl Listener {
     pub(crate) fn new(broker: &Broker) -> Self {
-        let mut options =
-            MqttOptions::new(format!("listener-{}", broker.port), "127.0.0.1", broker.port);
+        static NUMBER: AtomicUsize = AtomicUsize::new(0);
+        // The broker ends the connection of another one with the same name.
+        let name = format!("listener-{}", NUMBER.fetch_add(1, Ordering::Relaxed));
+        let mut options = MqttOptions::new(name, "127.0.0.1", broker.port);
         options.set_max_packet_size(4 << 20, 4 << 20);
         let (client, mut connection) = Client::new(options, 10_000);
         let (heard, again) = (Incoming::new(), client.clone());

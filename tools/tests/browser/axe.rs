@@ -5,6 +5,7 @@
 use std::{env, fs};
 
 use anyhow::{ensure, Context, Result};
+use fantoccini::key::Key;
 use serde_json::{json, Value};
 
 use super::driver::{browse, Beyond};
@@ -48,6 +49,15 @@ impl Axe {
     }
 }
 
+/// Starts or stops a recording by the keyboard.
+async fn record(page: &Page, then: &str) -> Result<()> {
+    page.run("document.querySelector(arguments[0]).focus()", json!(".record")).await?;
+    page.type_key(Key::Enter).await?;
+    page.wait_for_text(".recording", then).await?;
+    // The focus is still there.
+    page.wait_for(".record:focus").await
+}
+
 #[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
 #[test]
 fn axe_finds_nothing() -> Result<()> {
@@ -61,11 +71,14 @@ fn axe_finds_nothing() -> Result<()> {
         let folder = tempfile::tempdir()?;
         let names = names::file(folder.path());
         let names = ["--names", &names, "--names", &names];
-        let panel =
-            Panel::start(&[&["simulated", &txt.address().to_string()], &names[..]].concat())?;
+        let host = txt.address().to_string();
+        let arguments = [&["simulated", &host], &names[..]].concat();
+        let panel = Panel::start_in(folder.path(), &arguments)?;
         let page = Page::open(&client, &panel).await?;
         page.wait_for_text("#role", "You drive").await?;
-        axe.ensure_finds_nothing(&page, "a machine").await?;
+        record(&page, "Recording into run-0001.mcap").await?;
+        axe.ensure_finds_nothing(&page, "a machine that is recorded").await?;
+        record(&page, "Recorded: run-0001.mcap").await?;
         page.click("#language").await?;
         axe.ensure_finds_nothing(&page, "a machine in German").await?;
         page.click("#language").await?;

@@ -1,5 +1,6 @@
 //! The program `txt panel`, and its page in a browser.
 
+use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
@@ -27,8 +28,14 @@ pub(crate) struct Panel {
 
 impl Panel {
     pub(crate) fn start(args: &[&str]) -> Result<Self> {
+        Self::start_in(Path::new("."), args)
+    }
+
+    /// The same in this folder.
+    pub(crate) fn start_in(folder: &Path, args: &[&str]) -> Result<Self> {
         let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
-        let running = Running::start(command.args(["panel", "--no-browser"]).args(args));
+        command.args(["panel", "--no-browser"]).args(args).current_dir(folder);
+        let running = Running::start(&mut command);
         let url = running.line();
         ensure!(url.starts_with("http://127.0.0.1:"), "instead of an address: {url:?}");
         Ok(Self { running, url })

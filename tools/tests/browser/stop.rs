@@ -36,8 +36,8 @@ fn a_page_that_looks_offers_the_wheel_all_the_time() -> Result<()> {
 }
 
 async fn ensure_waits(page: &Page) -> Result<()> {
-    // The plotter moves nothing.
-    let script = "return [document.querySelectorAll('#main :is(.board, .card:not(.plot)) :is(button, select, [type=range]):enabled').length,
+    // The plotter and a recording move nothing.
+    let script = "return [document.querySelectorAll('#main :is(.board, .card:not(.plot, .recording)) :is(button, select, [type=range]):enabled').length,
         document.querySelector('#role').textContent]";
     let seen = page.run(script, json!(null)).await?;
     let wanted = json!([0, "One moment …"]);

@@ -11,6 +11,7 @@ mod http;
 mod opening;
 pub(crate) mod page;
 pub(crate) mod program;
+pub(crate) mod recording;
 mod services;
 mod shown;
 mod world;

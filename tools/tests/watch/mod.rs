@@ -6,6 +6,7 @@ mod beside;
 mod bytes;
 mod clients;
 mod gone;
+mod recorded;
 mod reported;
 mod silent;
 pub(crate) mod slow;

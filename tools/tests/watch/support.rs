@@ -48,12 +48,17 @@ pub(crate) fn command(controller: SocketAddr, arguments: &[&str]) -> Command {
 
 impl Watch {
     pub(super) fn start(controller: SocketAddr, arguments: &[&str]) -> Self {
-        let running = Running::start(&mut command(controller, arguments));
+        Self::by(&mut command(controller, arguments), controller)
+    }
+
+    /// The same by this command, which is for that controller.
+    pub(super) fn by(command: &mut Command, controller: SocketAddr) -> Self {
+        let with_page = command.get_args().all(|argument| argument != "--no-page");
+        let running = Running::start(command);
         let main = running.line();
         let port = main.strip_prefix("main 127.0.0.1:").and_then(|port| port.parse().ok());
         let port = port.unwrap_or_else(|| panic!("{main:?} is not a port"));
         assert_eq!(running.line(), format!("controller {controller}"));
-        let with_page = !arguments.contains(&"--no-page");
         let page = with_page.then(|| running.line());
         Self { running, port, page }
     }

@@ -7,6 +7,7 @@ import { Floor } from "./floor.js";
 import { I2c } from "./i2c.js";
 import { Link } from "./link.js";
 import { Plot } from "./plot.js";
+import { Record } from "./record.js";
 import { Remotes } from "./remotes.js";
 import { Sound } from "./sound.js";
 import { sentence, t } from "./words.js";
@@ -35,17 +36,19 @@ export class HostView {
     // Each column has its cards for good: one that grows moves no other column's.
     const columns = host.driven || state.watched ? [[new Link(host)], [new Sound(host, send), new Remotes(), new I2c(host, ask)], [new Camera(host, send)]] : [[new Remotes()]];
     this.plot = new Plot(host, open[0]);
-    this.parts = [...this.boards, ...this.floors, ...this.worlds, ...columns.flat(), this.plot];
+    this.record = state.recording ? new Record(host, send) : null;
+    this.parts = [...this.boards, ...this.floors, ...this.worlds, ...columns.flat(), ...(this.record ? [this.record] : []), this.plot];
     for (const part of this.parts) watchSeen(part.element);
     this.states = 0;
     this.chips = new Map();
     this.problem = h("p", { class: "problem", role: "status", hidden: true });
     const worldOf = (board) => this.worlds.find((world) => world.area === board.area)?.element;
+    const tools = [this.record?.element, this.plot.element];
     // Beside the values of the first board.
-    const rows = this.boards.map((board, index) => [board.element, index ? null : this.plot.element, worldOf(board)]);
+    const rows = this.boards.map((board, index) => [board.element, ...(index ? [] : tools), worldOf(board)]);
     const floors = this.floors.map((floor) => floor.element);
     // Who only looks sees the machine first.
-    const order = host.driven ? [...rows.flat(), ...floors] : [...this.worlds.map((world) => world.element), ...floors, ...this.boards.map((board) => board.element), this.plot.element];
+    const order = host.driven ? [...rows.flat(), ...floors] : [...this.worlds.map((world) => world.element), ...floors, ...this.boards.map((board) => board.element), ...tools];
     this.element = h("div", { class: "host", "data-many": open.length > 1 },
       areas.length > 1 ? this.chooser(areas, choose) : null, this.problem, order, h("div", { class: "cards" }, columns.map((cards) => h("div", {}, cards.map((one) => one.element)))));
     this.element.addEventListener("click", (event) => this.plot.clicked(event));
