@@ -46,7 +46,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     print::line(format_args!("program {}", desk.address()))?;
     let place = PageAt(SocketAddr::new(args.bind, args.page_port));
     let (url, _opening) = pages::lesson(
-        vec![desk.simulated()?],
+        vec![desk.simulated()],
         &Names::default(),
         desk.course(),
         place,

@@ -76,6 +76,20 @@ fn each_pupil_has_a_controller_and_the_page_for_all_only_looks() {
 }
 
 #[test]
+fn a_pupil_with_many_pages_leaves_room_for_others() {
+    let classroom = Classroom::start(2);
+    let (address, token) = &classroom.pupils[0].1;
+    let open = || {
+        let page = Page::connect(address, page::request(address, token)).ok();
+        page.inspect(Page::ignore_all)
+    };
+    let _many: Vec<_> = (0..300).map_while(|_| open()).collect();
+    for (address, token) in [&classroom.all, &classroom.pupils[1].1] {
+        Page::open(address, token);
+    }
+}
+
+#[test]
 fn a_link_that_is_nearly_right_lets_nobody_in() {
     let classroom = Classroom::start(1);
     let (address, token) = &classroom.pupils[0].1;

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::prelude::*;
 use serde_json::Value;
 
+use crate::panel::page::Page;
 use crate::running::Running;
 
 /// Only a test that fails waits so long.
@@ -130,6 +131,18 @@ fn steps_are_ticked_while_a_program_runs_and_the_next_lesson_follows() {
     let next = lesson.state();
     assert_eq!((&next["number"], &next["check"]["phase"]), (&2.into(), &"idle".into()));
     assert_eq!(lesson.post("go/11"), 409);
+}
+
+#[test]
+fn the_page_shows_the_machine_of_the_lesson_that_the_pupil_has_gone_to() {
+    let lesson = Lesson::start(&[]);
+    let mut page = Page::open(&lesson.address, &lesson.token);
+    assert_eq!(lesson.post("go/4"), 204);
+    page.state(0, |state| state["world"]["boards"][0]["motors"][0]["slide"].is_number());
+    assert_eq!(lesson.post("go/10"), 204);
+    page.state(0, |state| state["world"]["floor"]["belts"][0]["motor"] == "M1");
+    assert_eq!(lesson.post("go/1"), 204);
+    page.state(0, |state| state["world"]["floor"].is_null());
 }
 
 #[test]

@@ -110,6 +110,25 @@ fn what_was_started_runs_once_and_ends_by_itself_or_with_the_page() {
     assert!(!is_served(&panel), "the panel has outlived it");
 }
 
+/// As when somebody clicks and loads the page again.
+#[test]
+fn what_nobody_waits_for_any_more_runs_once_too() {
+    let start = Start::at(REFUSES);
+    let (host, token) = parts(&start.url);
+    let head = format!(
+        "POST /open?kind=world&name=slide&token={token} HTTP/1.1\r\nHost: {host}\r\nContent-Length: 0\r\n\r\n"
+    );
+    for _ in 0..20 {
+        let mut stream = TcpStream::connect(host).unwrap();
+        stream.write_all(head.as_bytes()).unwrap();
+        // Long enough for it to begin, and too short to end.
+        thread::sleep(Duration::from_millis(5));
+    }
+    open(&start, "world", "slide");
+    let state = json(&start.url, "GET", "/state");
+    assert_eq!(state["running"].as_array().unwrap().len(), 1, "{state}");
+}
+
 #[cfg(unix)]
 #[test]
 fn nothing_outlives_a_start_page_that_is_killed() {

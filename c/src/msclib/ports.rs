@@ -42,9 +42,9 @@ pub(crate) extern "C" fn EnumComPorts(index: u32, text: TextOut, size: u32) -> u
         if LISTED.lock().is_none() {
             GetAvailableComPorts(0);
         }
-        let listed = LISTED.lock();
-        let port = listed.as_ref().and_then(|ports| ports.get(index as usize));
-        text.put(port.map_or("", String::as_str), size);
+        // Not under the lock, because a wrong pointer calls the program's handler, which may call this again.
+        let port = LISTED.lock().as_ref().and_then(|ports| ports.get(index as usize).cloned());
+        text.put(port.as_deref().unwrap_or_default(), size);
         port.map_or(FTLIB_ERR_INVALID_PARAM, |_| index)
     })
 }

@@ -85,3 +85,15 @@ fn a_handler_that_waits_first_needs_no_memory_of_the_c_library() {
     assert_eq!(ended.code, Some(3), "{}", ended.err);
     wait_stopped(&txt);
 }
+
+/// Such a handler runs within the call that has used the pointer.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_handler_for_a_wrong_pointer_may_make_the_same_call() {
+    let source = include_str!("programs/wrong_pointer.cpp");
+    let Some(program) = compile("", "c++11", source, "wrong_pointer") else { return };
+    let txt = simulated().start().unwrap();
+    let ended = Running::with(&program, &txt, &[]).end();
+    assert_eq!(ended.code, Some(3), "{}", ended.err);
+    wait_stopped(&txt);
+}

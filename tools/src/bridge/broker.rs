@@ -156,6 +156,11 @@ pub(crate) struct Subscription {
 pub(crate) struct Publisher(AsyncClient);
 
 impl Publisher {
+    #[cfg(test)]
+    pub(crate) fn of(client: AsyncClient) -> Self {
+        Self(client)
+    }
+
     /// Hands over a message; `false` when too many wait already.
     pub(crate) fn send(&self, topic: &str, retain: bool, payload: impl Into<Vec<u8>>) -> bool {
         self.0.try_publish(topic, QoS::AtLeastOnce, retain, payload).is_ok()

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::TryRecvError;
 use ft_transfer_area::{Event, FishX1Transfer, TimedEvent};
 use rumqttc::{LastWill, QoS};
+use serde_json::Value;
 
 use super::broker::{Broker, BrokerEvent, Inbox, Message, Publisher, Subscription};
 use super::commands::Received;
@@ -60,6 +61,14 @@ pub(crate) struct Relay {
     another: Rarely,
     /// Whether the motors were stopped because a command was too old, and this was not published yet.
     too_late: bool,
+    due: Due,
+}
+
+/// What is kept at the broker and not as it should be: there was no room for it, or somebody else has replaced it.
+#[derive(Default)]
+struct Due {
+    state: bool,
+    master: bool,
 }
 
 impl Relay {
@@ -89,6 +98,7 @@ impl Relay {
             printed: None,
             another: Rarely::default(),
             too_late: false,
+            due: Due::default(),
         }
     }
 
@@ -125,7 +135,17 @@ impl Relay {
             None => self.say(&format!("online as {}", self.setup.topics.of(""))),
         }
         (self.state.state, self.state.reason) = (stage, reason);
-        self.publish(STATE, true, json(&self.state));
+        self.due.state = true;
+        self.publish_due();
+    }
+
+    fn publish_due(&mut self) {
+        if self.due.state {
+            self.due.state = !self.publish(STATE, true, json(&self.state));
+        }
+        if self.due.master {
+            self.due.master = !self.publish(MASTER, true, json(&self.master));
+        }
     }
 
     /// The motors have been stopped: publishes why, and prints it.
@@ -172,6 +192,7 @@ impl Relay {
             self.stopped(reason.to_owned());
         }
         self.check_master(areas);
+        self.publish_due();
         Ok(())
     }
 
@@ -203,8 +224,8 @@ impl Relay {
         self.printed = None;
         self.say("connected to the broker");
         self.values.forget();
-        self.publish(STATE, true, json(&self.state));
-        self.publish(MASTER, true, json(&self.master));
+        self.due = Due { state: true, master: true };
+        self.publish_due();
         if let Some(reason) = self.untold.take() {
             self.publish(EVENT, false, json(&PublishedEvent::Stopped { reason }));
         }
@@ -231,7 +252,7 @@ impl Relay {
                     self.report_error(&message.topic, &error);
                 }
             }
-            Some(Addressed::State) => self.look_for_another_bridge(&message.payload),
+            Some(Addressed::State) => self.look_for_another_bridge(message),
             None => {}
         }
     }
@@ -272,11 +293,20 @@ impl Relay {
         }
     }
 
-    /// Two bridges of one name would both do what is commanded.
-    fn look_for_another_bridge(&mut self, payload: &[u8]) {
-        let reported: serde_json::Value = serde_json::from_slice(payload).unwrap_or_default();
-        let other = reported["bridge"].as_str().filter(|bridge| *bridge != self.state.bridge);
-        if other.is_some() && reported["state"] != "gone" && self.another.is_due() {
+    /// Two bridges of one name would both do what is commanded. When one of them is gone, this one is not; nor is it when
+    /// the broker learns late that an earlier connection of this one was lost.
+    fn look_for_another_bridge(&mut self, message: &Message) {
+        let reported: Value = serde_json::from_slice(&message.payload).unwrap_or_default();
+        let is_other = reported["bridge"].as_str().is_some_and(|other| other != self.state.bridge);
+        if reported["state"] == "gone" {
+            // What the broker had kept was replaced at the beginning.
+            if !message.retained {
+                self.due.state = true;
+                if is_other {
+                    self.values.forget();
+                }
+            }
+        } else if is_other && self.another.is_due() {
             let topic = self.setup.topics.of(STATE);
             let error = format!(
                 "another bridge uses this topic ({}); if it still runs, give each its own --name",
@@ -299,7 +329,8 @@ impl Relay {
     fn set_master(&mut self, alive: bool) {
         if self.master.alive != alive {
             self.master.alive = alive;
-            self.publish(MASTER, true, json(&self.master));
+            self.due.master = true;
+            self.publish_due();
         }
     }
 
@@ -352,5 +383,47 @@ impl Relay {
                 | Err(_) => return,
             }
         }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use rumqttc::{AsyncClient, EventLoop, MqttOptions};
+
+    use super::*;
+    use crate::bridge::broker::Outlet;
+
+    pub(crate) fn setup(host: String) -> Setup {
+        Setup {
+            broker: Broker::new("127.0.0.1", None, Duration::from_secs(4)).unwrap(),
+            topics: Topics::new("ft", "press"),
+            name: "press".to_owned(),
+            host,
+            names: Default::default(),
+            noise: Noise { every: Duration::ZERO, deadband: 1 },
+            master_limit: None,
+            stall_limit: None,
+        }
+    }
+
+    /// A connection with room for so many messages, which nothing takes out.
+    fn publisher(room: usize) -> (Publisher, EventLoop) {
+        let (client, events) = AsyncClient::new(MqttOptions::new("a", "127.0.0.1", 1), room);
+        (Publisher::of(client), events)
+    }
+
+    #[test]
+    fn what_the_broker_keeps_is_published_as_soon_as_there_is_room() {
+        let (_outlet, inbox) = Outlet::new();
+        let mut relay = Relay::without_broker(setup("127.0.0.1".to_owned()), inbox);
+        let (full, _events) = publisher(1);
+        relay.connected(full);
+        relay.enter(Stage::Gap, Some("as a test".to_owned()));
+        relay.read(None).unwrap();
+        assert!(relay.due.state && relay.due.master);
+        let (empty, _events) = publisher(2);
+        relay.publisher = Some(empty);
+        relay.read(None).unwrap();
+        assert!(!relay.due.state && !relay.due.master);
     }
 }

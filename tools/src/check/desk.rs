@@ -6,12 +6,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use ft_transfer_area_simulator::world::World;
 use serde_json::{json, Value};
 
 use super::examine;
 use super::lesson::{Lesson, LESSONS};
 use super::report::{Phase, Report};
+use super::stage::Stage;
 use super::txt::Txt;
+use super::words::Wrong;
 use crate::names::Names;
 use crate::panel::course::{Both, Course, Progress};
 use crate::panel::pages::Simulated;
@@ -25,13 +28,14 @@ pub(crate) struct Desk {
     /// What people call it.
     label: String,
     report: Report,
-    /// Whether the present check should end.
+    /// Whether the present check should end. Changed only with the state locked.
     ends: AtomicBool,
     state: Mutex<State>,
 }
 
 struct State {
     lesson: &'static Lesson,
+    world: World,
     /// Whether there is a check, or one that has yet to end.
     is_checking: bool,
     passed: BTreeSet<u8>,
@@ -42,9 +46,16 @@ struct State {
 }
 
 impl Desk {
-    pub(super) fn new(lesson: &'static Lesson, txt: Txt, label: String) -> Self {
-        let state =
-            State { lesson, is_checking: false, passed: BTreeSet::new(), failed: 0, wrong: None };
+    /// With the machine of this lesson plugged in.
+    pub(super) fn new(lesson: &'static Lesson, world: World, txt: Txt, label: String) -> Self {
+        let state = State {
+            lesson,
+            world,
+            is_checking: false,
+            passed: BTreeSet::new(),
+            failed: 0,
+            wrong: None,
+        };
         Self {
             txt,
             label,
@@ -67,7 +78,7 @@ impl Desk {
         while self.txt.is_online() && !is_over() {
             thread::sleep(LOOK);
         }
-        let verdict = examine::guest(lesson, &self.txt, &self.report, &is_over);
+        let verdict = self.examine(lesson, &is_over);
         let mut state = self.lock();
         match verdict {
             _ if is_over() => self.report.begin(Phase::Idle, None),
@@ -82,6 +93,22 @@ impl Desk {
             Err(error) => log::error!("lesson {} can't be checked: {error:#}", lesson.number),
         }
         state.is_checking = false;
+    }
+
+    /// Checks the next program, unless the pupil has gone to another lesson, whose machine is to stay.
+    fn examine(
+        &self,
+        lesson: &'static Lesson,
+        is_over: &dyn Fn() -> bool,
+    ) -> anyhow::Result<Option<Wrong>> {
+        let stage = {
+            let state = self.lock();
+            if is_over() {
+                return Ok(None);
+            }
+            Stage::for_guest(self.txt.clone(), &state.world, &self.report, is_over)?
+        };
+        Ok(examine::guest(stage, lesson, &self.report))
     }
 }
 
@@ -109,11 +136,10 @@ impl Shared {
     }
 
     /// Its simulated TXT for a page.
-    pub(crate) fn simulated(&self) -> anyhow::Result<Simulated> {
+    pub(crate) fn simulated(&self) -> Simulated {
         let Desk { txt, label, .. } = &*self.0;
-        let world = self.0.lock().lesson.read_world()?;
         let label = Some(label.clone()).filter(|label| !label.is_empty());
-        Ok(Simulated::of_course(Arc::clone(&txt.txts), world, label, self.course()))
+        Simulated::of_course(Arc::clone(&txt.txts), label, self.course())
     }
 
     /// Goes on where the pupil was: at this lesson, with these ones passed, and so many verdicts since then, of which
@@ -150,6 +176,10 @@ impl Course for Shared {
         value
     }
 
+    fn world(&self) -> Option<World> {
+        Some(self.0.lock().world.clone())
+    }
+
     fn progress(&self) -> Option<Progress> {
         let desk = &self.0;
         let state = desk.lock();
@@ -166,11 +196,11 @@ impl Course for Shared {
 
     fn check(&self, begins: bool) -> Result<(), &'static str> {
         let desk = &self.0;
+        let mut state = desk.lock();
         if !begins {
             desk.ends.store(true, Ordering::Relaxed);
             return Ok(());
         }
-        let mut state = desk.lock();
         if state.is_checking {
             return Err("a check is running");
         }
@@ -187,11 +217,12 @@ impl Course for Shared {
         let lesson = lesson.ok_or("there is no such lesson")?;
         let world = lesson.read_world().map_err(|_| "the lesson has no machine")?;
         let desk = &self.0;
-        desk.ends.store(true, Ordering::Relaxed);
         let mut state = desk.lock();
-        state.lesson = lesson;
-        state.failed = 0;
+        desk.ends.store(true, Ordering::Relaxed);
         desk.txt.set_world(&world).map_err(|_| "the machine can't be changed")?;
+        (state.lesson, state.world) = (lesson, world);
+        // What was wrong was in the lesson before.
+        (state.failed, state.wrong) = (0, None);
         desk.report.begin(Phase::Idle, None);
         Ok(())
     }
@@ -209,6 +240,10 @@ impl Course for Shown {
         value["check"] = self.report.json();
         value["may_check"] = json!(false);
         value
+    }
+
+    fn world(&self) -> Option<World> {
+        None
     }
 
     fn progress(&self) -> Option<Progress> {
@@ -232,4 +267,58 @@ fn lesson_json(lesson: &Lesson) -> Value {
         "title": lesson.title.json(),
         "task": lesson.task(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use ft_transfer_area::tx::Input;
+    use ft_transfer_area::TransferAreaComHandler;
+    use ft_transfer_area_simulator::SimulatedTxt;
+
+    use super::*;
+    use crate::check;
+
+    const LIMIT: Duration = Duration::from_secs(40);
+
+    fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
+        let begin = Instant::now();
+        while !is_so() {
+            assert!(begin.elapsed() < LIMIT, "{what}");
+            thread::sleep(LOOK);
+        }
+    }
+
+    #[test]
+    fn a_check_that_waits_leaves_the_machine_of_the_next_lesson_alone() {
+        let desk = check::desk("1", SimulatedTxt::builder(), String::new()).unwrap();
+        let inputs = |desk: &Shared| {
+            desk.0.txt.txt().with_machine(|machine| {
+                let world = machine.world().unwrap();
+                Input::ALL.map(|input| world.sensor(0, input).is_some())
+            })
+        };
+        desk.go_to(9).unwrap();
+        let of_next = inputs(&desk);
+        desk.go_to(1).unwrap();
+        assert_ne!(inputs(&desk), of_next);
+        // The check waits until the program before has ended.
+        let handler = TransferAreaComHandler::builder(desk.address()).build().unwrap();
+        handler.begin_transfer().unwrap();
+        desk.check(true).unwrap();
+        wait_for("the check waits", || desk.progress().unwrap().phase == "waiting");
+        desk.go_to(9).unwrap();
+        wait_for("the check ends", || !desk.0.lock().is_checking);
+        assert_eq!(inputs(&desk), of_next);
+        assert_eq!(desk.progress().unwrap().lesson, 9);
+    }
+
+    #[test]
+    fn what_was_wrong_in_a_lesson_is_not_told_of_the_next_one() {
+        let desk = check::desk("1", SimulatedTxt::builder(), String::new()).unwrap();
+        desk.go_on(1, [], 3, "The lamp is dark.");
+        assert_eq!(desk.progress().unwrap().failed, 3);
+        desk.go_to(2).unwrap();
+        let progress = desk.progress().unwrap();
+        assert_eq!((progress.lesson, progress.failed, progress.wrong), (2, 0, None));
+    }
 }

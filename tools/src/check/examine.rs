@@ -34,16 +34,9 @@ pub(super) fn program(
 }
 
 /// Waits for a program that somebody starts elsewhere, and checks it, until this check is over. Returns what is wrong.
-pub(super) fn guest(
-    lesson: &'static Lesson,
-    txt: &Txt,
-    report: &Report,
-    is_over: &dyn Fn() -> bool,
-) -> anyhow::Result<Option<Wrong>> {
-    let world = lesson.read_world()?;
-    let mut stage = Stage::for_guest(txt.clone(), &world, report, is_over)?;
+pub(super) fn guest(mut stage: Stage, lesson: &Lesson, report: &Report) -> Option<Wrong> {
     let verdict = play(&mut stage, lesson);
-    Ok(end(&stage, report, verdict))
+    end(&stage, report, verdict)
 }
 
 fn play(stage: &mut Stage, lesson: &Lesson) -> Check {

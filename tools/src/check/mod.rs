@@ -132,8 +132,9 @@ pub(crate) fn desk(
     label: String,
 ) -> anyhow::Result<desk::Shared> {
     let lesson = given::lesson(lesson, Language::of_system()).map_err(anyhow::Error::msg)?;
-    let txt = simulated_txt(builder, &lesson.read_world()?)?;
-    Ok(desk::Shared(Arc::new(desk::Desk::new(lesson, txt, label))))
+    let world = lesson.read_world()?;
+    let txt = simulated_txt(builder, &world)?;
+    Ok(desk::Shared(Arc::new(desk::Desk::new(lesson, world, txt, label))))
 }
 
 /// Number and title of each lesson, for pages.

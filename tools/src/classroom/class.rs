@@ -1,5 +1,6 @@
 //! The file of a class: who is in it, what each has, and the tokens and ports that make the links stay.
 
+use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write as _};
@@ -106,6 +107,7 @@ impl Class {
             bail!("two pupils are called {:?}: nobody could tell them apart", two[0]);
         }
         let token = token(written.token.as_deref()).context("the token of the page of all")?;
+        each_has_a_token_of_its_own(&token, &pupils)?;
         Ok(Self { port: written.port, page_port: written.page_port, token, pupils })
     }
 
@@ -195,6 +197,21 @@ impl Pupil {
     }
 }
 
+/// A token says whose page it opens. A line may have been copied with a pupil.
+fn each_has_a_token_of_its_own(all: &Token, pupils: &[Pupil]) -> anyhow::Result<()> {
+    let of_pupils = pupils.iter().map(|pupil| (pupil.token.text(), pupil.name.as_str()));
+    let mut owners = HashMap::from([(all.text(), "the page of all")]);
+    for (token, name) in of_pupils {
+        if let Some(other) = owners.insert(token, name) {
+            bail!(
+                "{name} has the same token as {other}, so both links would open one page; remove the line with the \
+                 token of {name}, and a new one is made"
+            );
+        }
+    }
+    Ok(())
+}
+
 /// The token with this text, or a new one.
 fn token(text: Option<&str>) -> anyhow::Result<Token> {
     let Some(text) = text else { return Token::random() };
@@ -262,6 +279,20 @@ mod tests {
         assert_eq!(again.pupils[1].token, class.pupils[1].token);
         again.keep(&path, 65000, 8000).unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), now);
+    }
+
+    #[test]
+    fn a_token_that_was_copied_is_refused() {
+        let token = format!("token = \"{}\"\n", "0".repeat(32));
+        let [a, b] = ["A", "B"].map(|name| format!("[[pupils]]\nname = \"{name}\"\n{token}"));
+        Class::from_text(&a).unwrap();
+        for (text, part) in [
+            (format!("{a}{b}"), "B has the same token as A"),
+            (format!("{token}{a}"), "A has the same token as the page of all"),
+        ] {
+            let error = Class::from_text(&text).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
+        }
     }
 
     #[test]

@@ -173,7 +173,7 @@ fn start(args: &Args, class: &Class, first: u16) -> anyhow::Result<Vec<Place>> {
 fn place(name: &str, world: &str, builder: SimulatedTxtBuilder) -> anyhow::Result<Place> {
     if let Some(lesson) = check::number_of_world(world) {
         let desk = check::desk(&lesson.to_string(), builder, name.to_owned())?;
-        let simulated = desk.simulated()?;
+        let simulated = desk.simulated();
         return Ok(Place { port: desk.port(), simulated, desk: Some(desk) });
     }
     let world = read_world(world)?;

@@ -1,5 +1,6 @@
 //! A lesson that goes with a controller: its page shows task, machine and steps side by side.
 
+use ft_transfer_area_simulator::world::World;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -7,6 +8,9 @@ use serde_json::Value;
 pub(crate) trait Course: Send + Sync {
     /// The lesson, its steps and what came out, in all languages.
     fn state(&self) -> Value;
+
+    /// The machine of the lesson, if that changes with it.
+    fn world(&self) -> Option<World>;
 
     /// How far its pupil is; `None` when there is no pupil.
     fn progress(&self) -> Option<Progress>;

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
 
 use serde_json::{json, Value};
+use tokio::sync::Semaphore;
 
 use super::common::Common;
 use super::control_lock::PageId;
@@ -22,12 +23,24 @@ pub(crate) struct Panel {
     pub(crate) access: Arc<Access>,
     /// The lesson that goes with the first controller.
     pub(crate) course: Option<Arc<dyn Course>>,
+    /// For pages that are open.
+    pub(crate) places: Arc<Semaphore>,
     pages: AtomicU64,
 }
 
+/// How many pages of a panel may be open, and how many of one among several.
+pub(super) const PAGES: usize = 200;
+const PAGES_OF_ONE: usize = 20;
+
 impl Panel {
     pub(crate) fn new(hosts: Vec<Host>, common: Arc<Common>, access: Arc<Access>) -> Self {
-        Self { hosts, common, access, course: None, pages: AtomicU64::new(0) }
+        let places = Arc::new(Semaphore::new(PAGES));
+        Self { hosts, common, access, course: None, places, pages: AtomicU64::new(0) }
+    }
+
+    /// The same beside others, for whose pages there is always room.
+    pub(crate) fn beside_others(self) -> Self {
+        Self { places: Arc::new(Semaphore::new(PAGES_OF_ONE)), ..self }
     }
 
     /// The same with a lesson.

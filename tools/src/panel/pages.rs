@@ -126,7 +126,8 @@ impl Pages {
         for (host, access) in hosts {
             let own = Arc::new(Common::new());
             let course = host.course();
-            panels.push(Arc::new(Panel::new(vec![host], own, access).with_course(course)));
+            let panel = Panel::new(vec![host], own, access).beside_others();
+            panels.push(Arc::new(panel.with_course(course)));
         }
         let _no_browser = self.site.serve(server::router(panels)?, None)?;
         Ok(())

@@ -20,14 +20,12 @@ use tokio::sync::Semaphore;
 use super::connection;
 use super::control_lock::PageId;
 use super::course::Course;
-use super::dispatch::Panel;
+use super::dispatch::{Panel, PAGES};
 use super::files::{Page, Plotter, Ready, ICON};
 use crate::web::access::{Asked, Refusal, TOO_MANY, WRONG_HOST};
 use crate::web::connections::Kept;
 use crate::web::{self, pictures};
 
-/// How many pages may be open.
-const PAGES: usize = 200;
 /// How many pages may show a camera.
 const VIEWERS: usize = 50;
 /// How long a message of a page may be, in bytes.
@@ -211,6 +209,7 @@ async fn open_page(
     Admitted(panel): Admitted,
 ) -> Result<Response, Refusal> {
     let place = Arc::clone(&server.pages).try_acquire_owned().map_err(|_| TOO_MANY)?;
+    let own_place = Arc::clone(&panel.places).try_acquire_owned().map_err(|_| TOO_MANY)?;
     kept.store(true, Ordering::Relaxed);
     let upgrade = upgrade
         .max_message_size(MESSAGE_MAX)
@@ -219,7 +218,7 @@ async fn open_page(
         .max_write_buffer_size(panel.hello(PageId::MAX).len() + TO_SEND_MAX);
     Ok(upgrade.on_upgrade(move |socket| async move {
         connection::serve(socket, panel).await;
-        drop(place);
+        drop((place, own_place));
     }))
 }
 

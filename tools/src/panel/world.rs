@@ -24,7 +24,7 @@ pub(crate) struct Simulated {
     index: usize,
     /// What people call it.
     label: Option<String>,
-    /// As it was at the start: how long the slides are.
+    /// As it was at the start: how long the slides are. That of a lesson is the course's.
     world: Option<World>,
     /// The lesson of its pupil.
     course: Option<Arc<dyn Course>>,
@@ -116,11 +116,10 @@ impl Simulated {
     /// One that runs already, in a lesson.
     pub(crate) fn of_course(
         txts: Arc<Vec<(String, SimulatedTxt)>>,
-        world: World,
         label: Option<String>,
         course: Arc<dyn Course>,
     ) -> Self {
-        Self { txts, index: 0, label, world: Some(world), course: Some(course) }
+        Self { txts, index: 0, label, world: None, course: Some(course) }
     }
 
     /// The lesson of its pupil.
@@ -161,7 +160,8 @@ impl Simulated {
     }
 
     pub(super) fn report(&self) -> Option<WorldReport> {
-        let world = self.world.as_ref()?;
+        let of_lesson = self.course.as_ref().and_then(|course| course.world());
+        let world = of_lesson.as_ref().or(self.world.as_ref())?;
         self.txt().with_machine(|machine| report(machine, world, self.name()))
     }
 

@@ -47,7 +47,7 @@ struct Start {
     places: find::Places,
     running: Mutex<Vec<Running>>,
     /// One search or start at a time.
-    turn: Semaphore,
+    turn: Arc<Semaphore>,
     seen: Mutex<Instant>,
     should_end: AtomicBool,
 }
@@ -59,7 +59,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         access: Arc::clone(&site.access),
         places: args.places,
         running: Mutex::default(),
-        turn: Semaphore::new(1),
+        turn: Arc::new(Semaphore::new(1)),
         seen: Mutex::new(Instant::now()),
         should_end: AtomicBool::new(false),
     });

@@ -140,14 +140,18 @@ fn problem(error: impl Into<anyhow::Error>) -> Problem {
     (StatusCode::CONFLICT, print::sentence(&error.into()))
 }
 
-/// Does what takes its time, one after the other.
+/// Does what takes its time, one after the other, also when nobody waits for it any more.
 async fn in_turn<T: Send + 'static>(
     start: &Arc<Start>,
     work: impl FnOnce(&Start) -> anyhow::Result<T> + Send + 'static,
 ) -> Result<T, Problem> {
-    let _turn = start.turn.acquire().await.map_err(problem)?;
+    let turn = Arc::clone(&start.turn).acquire_owned().await.map_err(problem)?;
     let start = Arc::clone(start);
-    tokio::task::spawn_blocking(move || work(&start)).await.map_err(problem)?.map_err(problem)
+    let work = move || {
+        let _turn = turn;
+        work(&start)
+    };
+    tokio::task::spawn_blocking(work).await.map_err(problem)?.map_err(problem)
 }
 
 async fn find(State(start): State<Arc<Start>>) -> Result<Json<Value>, Problem> {

@@ -8,6 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
+use serde_json::{json, Value};
 
 use super::support::{
     is_state, m1, mosquitto, wait_machine, Bridge, Broker, Listener, LONGEST_WAIT,
@@ -184,6 +185,29 @@ fn the_broker_says_gone_when_a_bridge_is_killed() {
     // The broker keeps it for those who come later.
     let late = Listener::new(&broker);
     late.wait(0, "ft/press/state", is_state("gone"));
+}
+
+/// The broker publishes a last will when it learns that a connection was lost: perhaps only after the next one was made.
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
+#[test]
+fn a_last_will_that_comes_late_is_replaced() {
+    let Some(broker) = Broker::start() else { return };
+    let listener = Listener::new(&broker);
+    let (_txt, _bridge) = turning(&broker, &listener);
+    let online = listener.wait(0, "ft/press/state", is_state("online"));
+    let says_gone = |bridge: &Value| {
+        let from = listener.now();
+        let gone = json!({"state": "gone", "bridge": bridge}).to_string();
+        listener.send_retained("ft/press/state", &gone);
+        listener.wait(from, "ft/press/state", is_state("gone"));
+        assert_eq!(listener.wait(from, "ft/press/state", is_state("online")), online);
+    };
+    says_gone(&online["bridge"]);
+    // What another bridge of this name has left is replaced, too.
+    let from = listener.now();
+    listener.send_retained("ft/press/I1", r#"{"value": 77}"#);
+    says_gone(&json!("another"));
+    listener.wait(from, "ft/press/I1", |reported| reported["value"] == 0);
 }
 
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]

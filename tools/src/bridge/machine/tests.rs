@@ -3,29 +3,15 @@ use std::sync::{Arc, Mutex};
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use super::*;
-use crate::bridge::broker::{Broker, Message, Outlet};
+use crate::bridge::broker::{Message, Outlet};
+use crate::bridge::relay::tests::setup;
 use crate::bridge::relay::COMMAND_AGE;
-use crate::bridge::topics::Topics;
-use crate::bridge::values::Noise;
 
 /// What is given up after this many exchanges.
 const TOO_MANY: usize = 4_000;
 
 /// What comes at once in a flood: more than there is room for.
 const FLOOD: usize = 1500;
-
-fn setup(host: String) -> Setup {
-    Setup {
-        broker: Broker::new("127.0.0.1", None, Duration::from_secs(4)).unwrap(),
-        topics: Topics::new("ft", "press"),
-        name: "press".to_owned(),
-        host,
-        names: Default::default(),
-        noise: Noise { every: Duration::ZERO, deadband: 1 },
-        master_limit: None,
-        stall_limit: None,
-    }
-}
 
 fn command(tail: &str, payload: &str) -> Message {
     Message {
