@@ -70,6 +70,9 @@ pub(crate) fn answer(bytes: &[u8], bus: &mut super::I2cBus) -> Result<Vec<u8>, S
 /// Requests for missing devices within this time of each other get one warning.
 const SERIES: Duration = Duration::from_secs(5);
 
+/// When to try again to listen.
+const AGAIN: Duration = Duration::from_millis(1);
+
 /// Serves one I2C client after another.
 pub(crate) struct I2cServer {
     pub(crate) port: Port,
@@ -108,8 +111,11 @@ impl I2cServer {
                 |shared: &Shared| shared.read(|machine| machine.i2c_session().waits_until());
             self.port.wait_while(|shared| waits_until(shared).is_none())?;
             if let Err(error) = reserved.listen(&mut self.port) {
-                log::warn!("nothing serves I2C at {}: {error}", reserved.address);
-                self.port.shared().with_machine(|machine| machine.i2c().session.end());
+                // A process that is being started has the listener of the session before for a moment.
+                self.port.shared().sleep(AGAIN)?;
+                if waits_until(self.port.shared()).is_none() {
+                    log::warn!("nothing has served I2C at {}: {error}", reserved.address);
+                }
                 continue;
             }
             self.port.shared().with_machine(|machine| machine.i2c().session.listens());
