@@ -1,6 +1,8 @@
 //! The drawing of a simulated machine: where its parts are now, in mm to the right and downwards. Parts that the world's
 //! file does not place are only in the lists.
 
+use std::collections::{HashMap, HashSet};
+
 use ft_transfer_area::tx::{Motor, Output};
 use ft_transfer_area_simulator::world::{
     Drawn, Grip, Gripper, MotorModel, Piece, Place, Plug, Point, Whereabouts, World, WorldState,
@@ -93,12 +95,41 @@ impl From<Drawn> for Line {
 pub(super) struct Scene<'a> {
     pub(super) world: &'a World,
     pub(super) state: &'a WorldState,
-    pub(super) machine: &'a Machine,
+    machine: &'a Machine,
     pub(super) prefix: &'a str,
     pub(super) pieces: &'a [(Piece, Whereabouts)],
+    /// What is in a container, by the container's index in `pieces`.
+    contents: HashMap<usize, Piece>,
+    /// Where a gripper that is drawn reaches a place first, by the place's name.
+    reached: HashMap<&'a str, Point>,
 }
 
-impl Scene<'_> {
+impl<'a> Scene<'a> {
+    pub(super) fn new(
+        world: &'a World,
+        state: &'a WorldState,
+        machine: &'a Machine,
+        prefix: &'a str,
+        pieces: &'a [(Piece, Whereabouts)],
+    ) -> Self {
+        let contents = pieces.iter().filter_map(|(piece, at)| match at {
+            Whereabouts::Container(container) => Some((*container, *piece)),
+            _ => None,
+        });
+        let contents = contents.collect();
+        let reached = HashMap::new();
+        let mut scene = Self { world, state, machine, prefix, pieces, contents, reached };
+        for gripper in &world.grippers {
+            for position in &gripper.positions {
+                let axes = scene.axes(gripper, position.at.iter().copied());
+                if let Some(point) = joints(axes).pop() {
+                    scene.reached.entry(&*position.place).or_insert(point);
+                }
+            }
+        }
+        scene
+    }
+
     /// The drawing; `None` if the file places nothing.
     pub(super) fn draw(&self) -> Option<Drawing> {
         let is_drawn = |(_, model): (_, &MotorModel)| model.drawn.is_some();
@@ -117,7 +148,7 @@ impl Scene<'_> {
     /// Where a place of this world is.
     pub(super) fn place(&self, place: &Place) -> Option<Point> {
         let Some(motor) = place.on else {
-            return place.drawn.map_or_else(|| self.reached(&place.name), Some);
+            return place.drawn.or_else(|| self.reached.get(&*place.name).copied());
         };
         let model = self.model(motor)?;
         match (&model.belt, model.drawn) {
@@ -127,31 +158,28 @@ impl Scene<'_> {
     }
 
     /// Places of other controllers where grippers of this one are drawn, each with its name.
-    pub(super) fn others(&self) -> Vec<(&str, Point)> {
-        let grippers = self.world.grippers.iter();
-        let mut names: Vec<_> =
-            grippers.flat_map(|it| &it.positions).map(|position| &*position.place).collect();
-        names.dedup();
-        names.retain(|name| self.world.places.iter().all(|place| place.name != *name));
-        names.into_iter().filter_map(|name| Some((name, self.reached(name)?))).collect()
+    pub(super) fn others(&self) -> impl Iterator<Item = (&'a str, Point)> + '_ {
+        let mut known: HashSet<&str> = self.world.places.iter().map(|place| &*place.name).collect();
+        let positions = self.world.grippers.iter().flat_map(|gripper| &gripper.positions);
+        let names = positions.map(|position| &*position.place);
+        names
+            .filter(move |name| known.insert(name))
+            .filter_map(|name| Some((name, *self.reached.get(name)?)))
     }
 
     /// What lies there.
-    pub(super) fn lying(&self, at: &Whereabouts) -> Lying {
+    fn lying(&self, at: &Whereabouts) -> Lying {
         let found = self.pieces.iter().position(|(_, whereabouts)| whereabouts == at);
         found.map(|index| self.piece(index)).unwrap_or_default()
     }
 
     /// The piece with this index, and what is in it.
     pub(super) fn piece(&self, index: usize) -> Lying {
-        let content = self.pieces.iter().find(|(_, at)| *at == Whereabouts::Container(index));
-        Lying {
-            piece: Some(self.pieces[index].0.name()),
-            content: content.map(|(piece, _)| piece.name()),
-        }
+        let content = self.contents.get(&index).map(|piece| piece.name());
+        Lying { piece: Some(self.pieces[index].0.name()), content }
     }
 
-    fn full(&self, name: &str) -> String {
+    pub(super) fn full(&self, name: &str) -> String {
         format!("{}{name}", self.prefix)
     }
 
@@ -163,7 +191,7 @@ impl Scene<'_> {
         board.motors.get(&motor.terminal)
     }
 
-    fn motors(&self) -> impl Iterator<Item = (Plug<Motor>, &MotorModel)> {
+    pub(super) fn motors(&self) -> impl Iterator<Item = (Plug<Motor>, &MotorModel)> {
         let boards = std::iter::once(&self.world.master).chain(&self.world.extensions);
         boards.enumerate().flat_map(|(controller, board)| {
             let motors = board.motors.iter();
@@ -180,20 +208,12 @@ impl Scene<'_> {
         controller.is_some_and(|it| it.outputs.duty[output.terminal.index()] > 0)
     }
 
-    /// The first place that a gripper reaches with this name.
-    fn reached(&self, name: &str) -> Option<Point> {
-        self.world.grippers.iter().find_map(|gripper| {
-            let position = gripper.positions.iter().find(|position| position.place == name)?;
-            joints(self.axes(gripper, position.at.iter().copied())).last().copied()
-        })
-    }
-
     /// The axes of a gripper at these positions.
-    fn axes<'a>(
-        &'a self,
-        gripper: &'a Gripper,
-        at: impl Iterator<Item = f64> + 'a,
-    ) -> impl Iterator<Item = (&'a MotorModel, f64)> {
+    fn axes<'b>(
+        &'b self,
+        gripper: &'b Gripper,
+        at: impl Iterator<Item = f64> + 'b,
+    ) -> impl Iterator<Item = (&'b MotorModel, f64)> {
         let axes = gripper.axes.iter().zip(at);
         axes.filter_map(|(axis, position)| Some((self.model(*axis)?, position)))
     }

@@ -1,9 +1,9 @@
 //! The workpieces of a simulated TXT's world: where they are, and what hands do with them.
 
+use std::collections::HashMap;
+
 use ft_transfer_area::tx::Motor;
-use ft_transfer_area_simulator::world::{
-    Board, Piece, Plug, Point, Whereabouts, World, WorldState,
-};
+use ft_transfer_area_simulator::world::{Piece, Plug, Point, Whereabouts, World, WorldState};
 use ft_transfer_area_simulator::Machine;
 use serde::Serialize;
 
@@ -90,7 +90,7 @@ pub(super) fn report(
         };
         Some(CarriedReport { piece: piece.name(), by })
     });
-    let scene = Scene { world, state, machine, prefix: &prefix, pieces };
+    let scene = Scene::new(world, state, machine, &prefix, pieces);
     Some(FloorReport {
         belts: belts(&scene),
         places: places(&scene),
@@ -103,38 +103,35 @@ pub(super) fn report(
 
 /// The places of this controller, and those of others that its drawing has.
 fn places(scene: &Scene<'_>) -> Vec<PlaceReport> {
-    let all = scene.state.places();
-    let report = |name: &str, full: String, at, moves, other| {
-        let piece = all.iter().find(|(known, _)| *known == full).and_then(|(_, piece)| *piece);
-        // Only what lies at a place that does not move is known by the place's name.
-        let lying = scene.lying(&Whereabouts::Place(full));
-        let lying = Lying { piece: piece.map(Piece::name), ..lying };
+    let all: HashMap<_, _> = scene.state.places().into_iter().collect();
+    // Only what lies at a place that does not move is known by the place's name.
+    let by_name = scene.pieces.iter().enumerate().filter_map(|(index, (_, at))| match at {
+        Whereabouts::Place(name) => Some((&**name, scene.piece(index))),
+        _ => None,
+    });
+    let by_name: HashMap<_, _> = by_name.collect();
+    let report = |name: &str, full: &str, at, moves, other| {
+        let piece = all.get(full).copied().flatten().map(Piece::name);
+        let lying = Lying { piece, ..by_name.get(full).copied().unwrap_or_default() };
         PlaceReport { name: name.to_owned(), lying, at, moves, other }
     };
     let own = scene.world.places.iter().map(|place| {
-        let full = format!("{}{}", scene.prefix, place.name);
-        report(&place.name, full, scene.place(place), place.on.is_some(), false)
+        let full = scene.full(&place.name);
+        report(&place.name, &full, scene.place(place), place.on.is_some(), false)
     });
-    let others = scene.others().into_iter();
-    own.chain(others.map(|(name, at)| report(name, name.to_owned(), Some(at), false, true)))
-        .collect()
+    own.chain(scene.others().map(|(name, at)| report(name, name, Some(at), false, true))).collect()
 }
 
 fn belts(scene: &Scene<'_>) -> Vec<BeltReport> {
-    let boards = std::iter::once(&scene.world.master).chain(&scene.world.extensions).enumerate();
-    let motors = boards.flat_map(|(controller, board): (usize, &Board)| {
-        let belts = board.motors.iter();
-        belts.filter_map(move |(terminal, motor)| {
-            let line = motor.drawn.map(Line::from);
-            Some((Plug { controller, terminal: *terminal }, motor.belt.as_ref()?.length, line))
-        })
+    let belts = scene.motors().filter_map(|(motor, model)| {
+        Some(belt(scene, motor, model.belt.as_ref()?.length, model.drawn.map(Line::from)))
     });
-    motors.map(|(motor, length, line)| belt(scene, motor, length, line)).collect()
+    belts.collect()
 }
 
 fn belt(scene: &Scene<'_>, motor: Plug<Motor>, length: f64, line: Option<Line>) -> BeltReport {
     let name = motor.to_string();
-    let full_name = format!("{}{name}", scene.prefix);
+    let full_name = scene.full(&name);
     let places = scene.world.places.iter().filter(|place| place.on == Some(motor));
     let on_it = scene.pieces.iter().enumerate().filter_map(|(index, (_, at))| match at {
         Whereabouts::Belt { motor, mm } if *motor == full_name => {
