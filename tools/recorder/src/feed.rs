@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crossbeam_channel::{bounded, Receiver, Sender};
-use ft_transfer_area::LoggedCycle;
+use ft_transfer_area::{LogEntry, Logged, LoggedCycle};
 
 use crate::format::{RecordedEvent, Transfer};
 
@@ -52,6 +52,27 @@ pub(crate) enum Fed {
 }
 
 impl FedEntry {
+    /// What a handler has logged; `None` for what this program does not know yet.
+    pub(crate) fn of_log(LogEntry { lost, what, .. }: LogEntry) -> Option<Self> {
+        let what = match what {
+            Logged::Cycle(cycle) => Fed::Cycle(cycle),
+            Logged::Began(began) => Fed::Transfer { at: began.at, what: (&began).into() },
+            Logged::Event(reported) => match Transfer::of_event(&reported.event) {
+                Some(what) => Fed::Transfer { at: reported.arrived, what },
+                // A kind that this program does not know yet is not lost.
+                None => Fed::Event { at: reported.arrived, what: (&reported).into() },
+            },
+            Logged::Failed { at, error, .. } => {
+                Fed::Transfer { at, what: Transfer::Failed((&error).into()) }
+            }
+            other => {
+                log::warn!("this recorder is too old for {other:?}, which is not recorded");
+                return None;
+            }
+        };
+        Some(Self { lost, what })
+    }
+
     /// When it happened.
     pub(crate) fn at(&self) -> Instant {
         match &self.what {

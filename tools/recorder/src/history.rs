@@ -11,8 +11,7 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::{unbounded, Receiver, Sender, TryRecvError};
 use ft_transfer_area::transfer_area::{MAX_AREAS, MAX_EXTENSIONS};
 use ft_transfer_area::{
-    CycleLog, EventKind, Events, FishX1Transfer, LogEntry, Logged, LoggedCycle, TimedEvent,
-    TransferAreaComHandler,
+    CycleLog, EventKind, Events, FishX1Transfer, LoggedCycle, TimedEvent, TransferAreaComHandler,
 };
 
 use self::kept::{Before, Kept, KeptCycle, What};
@@ -136,12 +135,13 @@ impl History {
             let mut event = events.try_recv().ok();
             for _ in 0..log.receiver().len() {
                 let Ok(entry) = log.try_recv() else { break };
-                let at = at(&entry);
+                let Some(entry) = FedEntry::of_log(entry) else { continue };
+                let at = entry.at();
                 while let Some(earlier) = event.take_if(|event| event.arrived < at) {
                     self.event(&earlier);
                     event = events.try_recv().ok();
                 }
-                self.logged(entry);
+                self.fed(entry);
             }
             while let Some(reported) = event {
                 self.event(&reported);
@@ -152,20 +152,11 @@ impl History {
         self.forget(Instant::now());
     }
 
-    fn logged(&mut self, entry: LogEntry) {
-        let lost = entry.lost;
-        match entry.what {
-            Logged::Cycle(cycle) => self.keep_cycle(&cycle, lost),
-            Logged::Began(began) => self.keep(began.at, lost, What::Transfer((&began).into())),
-            Logged::Failed { at, error, .. } => {
-                self.keep(at, lost, What::Transfer(Transfer::Failed((&error).into())));
-            }
-            Logged::Event(reported) => match Transfer::of_event(&reported.event) {
-                Some(message) => self.keep(reported.arrived, lost, What::Transfer(message)),
-                // A kind that this program does not know yet is not lost.
-                None => self.keep(reported.arrived, lost, What::Event((&reported).into())),
-            },
-            other => log::warn!("this recorder is too old for {other:?}, which is not kept"),
+    fn fed(&mut self, FedEntry { lost, what }: FedEntry) {
+        match what {
+            Fed::Cycle(cycle) => self.keep_cycle(&cycle, lost),
+            Fed::Transfer { at, what } => self.keep(at, lost, What::Transfer(what)),
+            Fed::Event { at, what } => self.keep(at, lost, What::Event(what)),
         }
     }
 
@@ -333,17 +324,6 @@ impl Follow {
             What::Event(message) => Fed::Event { at, what: message.clone() },
         };
         Ok(FedEntry { lost, what })
-    }
-}
-
-/// When it happened.
-fn at(entry: &LogEntry) -> Instant {
-    match &entry.what {
-        Logged::Cycle(cycle) => cycle.arrived,
-        Logged::Began(began) => began.at,
-        Logged::Event(reported) => reported.arrived,
-        Logged::Failed { at, .. } => *at,
-        _ => Instant::now(),
     }
 }
 

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use ft_transfer_area::{
-    CameraFrame, CycleLog, EventKind, Events, IoError, LogEntry, Logged, LoggedCycle, TimedEvent,
+    CameraFrame, CycleLog, EventKind, Events, IoError, LogEntry, LoggedCycle, TimedEvent,
     TransferAreaComHandler, TransferAreas,
 };
 use mcap::{McapError, McapResult};
@@ -494,7 +494,7 @@ impl Worker {
         // One more, to see the end.
         for _ in 0..=self.source.waiting() {
             match self.source.next() {
-                Ok(Entry::Logged(entry)) => self.entry(file, &entry)?,
+                Ok(Entry::Logged(entry)) => self.logged(file, entry)?,
                 Ok(Entry::Fed(entry)) => self.fed(file, &entry)?,
                 Ok(Entry::Kept(entry)) => self.kept(file, &entry)?,
                 Err(TryRecvError::Empty) => break,
@@ -513,29 +513,15 @@ impl Worker {
         Ok(goes_on)
     }
 
-    fn entry(&mut self, file: &mut Target, entry: &LogEntry) -> McapResult<()> {
-        match &entry.what {
-            Logged::Cycle(cycle) => self.cycle(file, cycle, entry.lost, Instant::now())?,
-            Logged::Began(began) => {
-                self.before_transfer(file, began.at, entry.lost)?;
-                file.writer.transfer(began.at, &began.into())?;
+    fn logged(&mut self, file: &mut Target, entry: LogEntry) -> McapResult<()> {
+        let lost = entry.lost;
+        match FedEntry::of_log(entry) {
+            Some(entry) => self.fed(file, &entry),
+            None => {
+                self.count(false, lost);
+                Ok(())
             }
-            Logged::Event(reported) => {
-                self.before_transfer(file, reported.arrived, entry.lost)?;
-                match Transfer::of_event(&reported.event) {
-                    Some(message) => file.writer.transfer(reported.arrived, &message)?,
-                    // A kind that this program does not know yet is not lost.
-                    None => file.writer.event(reported.arrived, &reported.into())?,
-                }
-            }
-            Logged::Failed { at, error, .. } => {
-                self.before_transfer(file, *at, entry.lost)?;
-                file.writer.transfer(*at, &Transfer::Failed(error.into()))?;
-            }
-            other => log::warn!("this recorder is too old for {other:?}, which is not recorded"),
         }
-        self.count(matches!(entry.what, Logged::Cycle(_)), entry.lost);
-        Ok(())
     }
 
     fn fed(&mut self, file: &mut Target, entry: &FedEntry) -> McapResult<()> {
