@@ -35,7 +35,7 @@ pub(crate) struct Desk {
 
 struct State {
     lesson: &'static Lesson,
-    world: World,
+    world: Arc<World>,
     /// Whether there is a check, or one that has yet to end.
     is_checking: bool,
     passed: BTreeSet<u8>,
@@ -50,7 +50,7 @@ impl Desk {
     pub(super) fn new(lesson: &'static Lesson, world: World, txt: Txt, label: String) -> Self {
         let state = State {
             lesson,
-            world,
+            world: Arc::new(world),
             is_checking: false,
             passed: BTreeSet::new(),
             failed: 0,
@@ -176,8 +176,8 @@ impl Course for Shared {
         value
     }
 
-    fn world(&self) -> Option<World> {
-        Some(self.0.lock().world.clone())
+    fn world(&self) -> Option<Arc<World>> {
+        Some(Arc::clone(&self.0.lock().world))
     }
 
     fn progress(&self) -> Option<Progress> {
@@ -220,7 +220,7 @@ impl Course for Shared {
         let mut state = desk.lock();
         desk.ends.store(true, Ordering::Relaxed);
         desk.txt.set_world(&world).map_err(|_| "the machine can't be changed")?;
-        (state.lesson, state.world) = (lesson, world);
+        (state.lesson, state.world) = (lesson, Arc::new(world));
         // What was wrong was in the lesson before.
         (state.failed, state.wrong) = (0, None);
         desk.report.begin(Phase::Idle, None);
@@ -242,7 +242,7 @@ impl Course for Shown {
         value
     }
 
-    fn world(&self) -> Option<World> {
+    fn world(&self) -> Option<Arc<World>> {
         None
     }
 

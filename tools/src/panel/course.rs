@@ -1,5 +1,7 @@
 //! A lesson that goes with a controller: its page shows task, machine and steps side by side.
 
+use std::sync::Arc;
+
 use ft_transfer_area_simulator::world::World;
 use serde::Serialize;
 use serde_json::Value;
@@ -10,7 +12,7 @@ pub(crate) trait Course: Send + Sync {
     fn state(&self) -> Value;
 
     /// The machine of the lesson, if that changes with it.
-    fn world(&self) -> Option<World>;
+    fn world(&self) -> Option<Arc<World>>;
 
     /// How far its pupil is; `None` when there is no pupil.
     fn progress(&self) -> Option<Progress>;

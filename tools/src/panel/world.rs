@@ -161,7 +161,7 @@ impl Simulated {
 
     pub(super) fn report(&self) -> Option<WorldReport> {
         let of_lesson = self.course.as_ref().and_then(|course| course.world());
-        let world = of_lesson.as_ref().or(self.world.as_ref())?;
+        let world = of_lesson.as_deref().or(self.world.as_ref())?;
         self.txt().with_machine(|machine| report(machine, world, self.name()))
     }
 
