@@ -9,12 +9,14 @@ use std::time::Duration;
 
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::FirmwareVersion;
+use log::Level;
 
 use crate::camera::server::{CameraServer, CameraSettings};
 use crate::camera::{CameraConnection, Clients};
 use crate::error::Error;
 use crate::fault::{Fault, DELAYS};
 use crate::i2c::server::I2cServer;
+use crate::machine::journal::{self, KeptLines, Subject};
 use crate::machine::Machine;
 use crate::server::faults::Faults;
 use crate::server::port::{Port, WRITE_LIMIT};
@@ -41,6 +43,7 @@ pub struct SimulatedTxtBuilder {
     firmware: FirmwareVersion,
     microphone: Option<bool>,
     device_name: String,
+    subject: Subject,
     pace: Duration,
     board_watchdog: Option<Duration>,
     strict: bool,
@@ -68,6 +71,7 @@ impl SimulatedTxtBuilder {
             firmware: FirmwareVersion::new(4, 7, 0),
             microphone: None,
             device_name: String::from("TX2013"),
+            subject: None,
             pace: Duration::from_millis(10),
             board_watchdog: None,
             strict: false,
@@ -126,6 +130,13 @@ impl SimulatedTxtBuilder {
     /// default is `TX2013`.
     pub fn device_name(mut self, device_name: &str) -> Self {
         device_name.clone_into(&mut self.device_name);
+        self
+    }
+
+    /// What the lines that it logs begin with, before a colon, so that each says of which one of several it is. By
+    /// default nothing. Those of a [factory](super::SimulatedFactory) have their names.
+    pub fn log_name(mut self, name: &str) -> Self {
+        self.subject = Some(name.into());
         self
     }
 
@@ -327,7 +338,11 @@ impl SimulatedTxtBuilder {
         }
         if extensions < in_world {
             let first = extensions + 1;
-            log::warn!("the world's extensions from {first} on are left out");
+            let _kept_lines = KeptLines::begin(self.subject.clone());
+            journal::log(
+                Level::Warn,
+                format_args!("the world's extensions from {first} on are left out"),
+            );
         }
         match (world, self.floor.take()) {
             (Some(world), Some(floor)) => Ok(Machine::on_floor(extensions, &world, floor)),
@@ -357,7 +372,7 @@ impl SimulatedTxtBuilder {
             address: listener.local_addr()?,
             camera_port: camera_listener.local_addr()?.port(),
             i2c_port: i2c_listener.local_addr()?.port(),
-            shared: Arc::new(Shared::new(machine)),
+            shared: Arc::new(Shared::new(machine, self.subject.clone())),
             threads: Vec::new(),
         };
         let port = |name, is_camera| Port::new(Arc::clone(&txt.shared), name, is_camera);
@@ -389,9 +404,10 @@ impl SimulatedTxtBuilder {
             takes_its_time: self.strict && !self.lock_step && !self.pace.is_zero(),
         };
         // If a thread can't be spawned, dropping `txt` ends the earlier ones.
-        txt.threads.push(spawn("simulated-txt", move || server.run())?);
-        txt.threads.push(spawn("simulated-camera", move || camera.run())?);
-        txt.threads.push(spawn("simulated-i2c", move || i2c.run())?);
+        let subject = &self.subject;
+        txt.threads.push(spawn("simulated-txt", subject, move || server.run())?);
+        txt.threads.push(spawn("simulated-camera", subject, move || camera.run())?);
+        txt.threads.push(spawn("simulated-i2c", subject, move || i2c.run())?);
         Ok(txt)
     }
 
@@ -417,8 +433,17 @@ fn name_bytes(name: &str) -> [u8; 16] {
     bytes
 }
 
-fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> io::Result<JoinHandle<()>> {
-    thread::Builder::new().name(String::from(name)).spawn(run)
+/// Starts a thread whose lines are about this simulated TXT.
+fn spawn(
+    name: &str,
+    subject: &Subject,
+    run: impl FnOnce() + Send + 'static,
+) -> io::Result<JoinHandle<()>> {
+    let subject = subject.clone();
+    thread::Builder::new().name(String::from(name)).spawn(move || {
+        journal::set_subject(subject);
+        run();
+    })
 }
 
 impl fmt::Debug for SimulatedTxtBuilder {

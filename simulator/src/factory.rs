@@ -43,8 +43,8 @@ impl SimulatedFactory {
     ///
     /// The first one has this main port, and the others follow with three ports each; with 0 each has
     /// any three free ports. Each is set up by the function, which gets the controller's name. Unless it
-    /// sets another one, the name that a controller reports is its own. A world or a main port that it sets
-    /// is replaced.
+    /// sets another one, the name that a controller reports, and that its lines in the log begin with, is its
+    /// own. A world or a main port that it sets is replaced.
     ///
     /// # Errors
     ///
@@ -66,7 +66,7 @@ impl SimulatedFactory {
         for ((name, world), floor) in factory.controllers.into_iter().zip(floors) {
             let builder = match name.as_str() {
                 "" => SimulatedTxt::builder(),
-                name => SimulatedTxt::builder().device_name(name),
+                name => SimulatedTxt::builder().device_name(name).log_name(name),
             };
             let builder = set_up(&name, builder).in_factory(main_port, world, floor);
             let txt = builder.start().map_err(|error| named(&name, error))?;

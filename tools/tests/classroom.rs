@@ -1,8 +1,12 @@
 //! `txt classroom`: a controller for each pupil, and a page that looks at all.
 
 use std::fs;
+use std::io::Write;
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::TransferAreaComHandler;
@@ -12,7 +16,7 @@ use crate::lesson::get;
 use crate::panel::page::{self, is_running, Page};
 use crate::running::Running;
 
-const LIMIT: std::time::Duration = std::time::Duration::from_secs(60);
+const LIMIT: Duration = Duration::from_secs(60);
 
 /// A page's address and token, from its link.
 fn place(link: &str) -> (String, String) {
@@ -141,6 +145,33 @@ fn the_links_of_a_class_stay_when_it_is_started_again() {
     assert_eq!(sheet, "sheet 7b.html");
     let sheet = fs::read_to_string(folder.path().join("7b.html")).unwrap();
     assert!(sheet.contains("<h2>Zoë</h2>") && sheet.contains(lesson), "{sheet}");
+}
+
+#[test]
+fn a_warning_names_the_pupil_whose_controller_it_is_about() {
+    let folder = tempfile::tempdir().unwrap();
+    let class = "[[pupils]]\nname = \"Zoë\"\nlesson = 3\n[[pupils]]\nname = \"Ben\"\n";
+    fs::write(folder.path().join("7b.toml"), class).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+    command.args(["classroom", "--class", "7b.toml", "--port", "0"]);
+    let log = folder.path().join("log");
+    command.stderr(fs::File::create(&log).unwrap());
+    let running = Running::start(command.current_dir(folder.path()));
+    assert!(running.line().starts_with("all "));
+    for pupil in ["Zoë", "Ben"] {
+        let line = running.line();
+        let program = line.split_once(": program ").unwrap().1.split_once(", page ").unwrap().0;
+        TcpStream::connect(program).unwrap().write_all(b"No TXT knows this.").unwrap();
+        let begin = Instant::now();
+        loop {
+            let said = fs::read_to_string(&log).unwrap();
+            if said.contains(&format!("{pupil}: the client is cut off")) {
+                break;
+            }
+            assert!(begin.elapsed() < LIMIT, "{pupil}: {said}");
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
 }
 
 #[test]

@@ -4,13 +4,14 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::{CameraFrameHeader, StartCameraOnline, CAMERA_FRAME_ACKNOWLEDGE};
+use log::Level;
 use mio::net::TcpStream;
 
 use super::connection::Clients;
 use super::frame::{frame, frame_of};
 use super::test_card::TestCard;
 use super::{CameraRun, Format};
-use crate::machine::Machine;
+use crate::machine::{journal, Machine};
 use crate::server::port::{End, Link, Port};
 use crate::server::shared::{Shared, Stopped};
 
@@ -41,7 +42,10 @@ impl CameraServer {
         while let Ok(stream) = self.clients.next(&mut self.port, self.settings.start_up) {
             let Ok(run) = self.wait_until_ready() else { return };
             let Some(run) = run else {
-                log::info!("the camera does not serve: the connection is closed");
+                journal::log(
+                    Level::Info,
+                    format_args!("the camera does not serve: the connection is closed"),
+                );
                 continue;
             };
             if let Err(end) = self.serve(stream, run) {
@@ -96,7 +100,10 @@ impl Connection<'_> {
         // Counted before the client can read it.
         self.server.port.shared().with_machine(Machine::note_camera_frame);
         self.write(&bytes)?;
-        log::trace!("camera frame {number} is sent, {frames_ready} were ready");
+        journal::log(
+            Level::Trace,
+            format_args!("camera frame {number} is sent, {frames_ready} were ready"),
+        );
         self.sent += 1;
         self.next = number + 1;
         Ok(())
@@ -164,7 +171,10 @@ impl Connection<'_> {
 
     /// Sends nothing more, until the connection ends.
     fn fall_silent(&mut self) -> Result<(), End> {
-        log::info!("the camera sends nothing more, because it is set to stall");
+        journal::log(
+            Level::Info,
+            format_args!("the camera sends nothing more, because it is set to stall"),
+        );
         loop {
             self.read(&mut [0])?;
         }
@@ -225,7 +235,7 @@ mod tests {
         stream.set_nonblocking(true).unwrap();
         let start_up = Duration::ZERO;
         let settings = CameraSettings { start_up, tables: true, stall_after: None };
-        let shared = Arc::new(Shared::new(machine));
+        let shared = Arc::new(Shared::new(machine, None));
         let port = Port::new(Arc::clone(&shared), "camera", true).unwrap();
         let mut server = CameraServer { clients: Clients::Open, port, settings };
         let link = Link::new(&server.port, TcpStream::from_std(stream)).unwrap();

@@ -4,10 +4,11 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, ID_LEN};
 use ft_transfer_area::Error;
+use log::Level;
 use mio::net::TcpStream;
 
 use super::ADDRESS_MAX;
-use crate::machine::Machine;
+use crate::machine::{journal, Machine};
 use crate::server::port::{End, Link, Port};
 use crate::server::reserved::Reserved;
 use crate::server::shared::{Shared, Stopped};
@@ -114,7 +115,10 @@ impl I2cServer {
                 // A process that is being started has the listener of the session before for a moment.
                 self.port.shared().sleep(AGAIN)?;
                 if waits_until(self.port.shared()).is_none() {
-                    log::warn!("nothing has served I2C at {}: {error}", reserved.address);
+                    journal::log(
+                        Level::Warn,
+                        format_args!("nothing has served I2C at {}: {error}", reserved.address),
+                    );
                 }
                 continue;
             }
@@ -159,16 +163,14 @@ impl I2cServer {
         let shared = self.port.shared();
         let read = shared.with_machine(|machine| machine.i2c().transfer(address, &write, read));
         match &read {
-            Some(read) => log::info!("{request:02x?}: {write:02x?} written, {read:02x?} read"),
+            Some(read) => journal::log(Level::Info, format_args!("{request:02x?}: {write:02x?} written, {read:02x?} read")),
             // Clients hold the connection open by requests for nothing.
             None if write.is_empty() && request.read == 0 => {}
             // A program that looks for devices asks for all addresses.
             None if self.missing.replace(Instant::now()).is_some_and(|last| last.elapsed() < SERIES) => {
-                log::info!("no I2C device with the address {address:#04x} answers");
+                journal::log(Level::Info, format_args!("no I2C device with the address {address:#04x} answers"));
             }
-            None => log::warn!(
-                "no I2C device with the address {address:#04x} answers; others that follow soon are not named"
-            ),
+            None => journal::log(Level::Warn, format_args!("no I2C device with the address {address:#04x} answers; others that follow soon are not named")),
         }
         link.write_all(&mut self.port, &response(read), Some(self.write_limit), |_| Ok(()))
     }
@@ -240,7 +242,7 @@ mod tests {
         stream.set_nonblocking(true).unwrap();
         // The answers are far more than the sockets hold.
         client.write_all(&header(1, 0, LEN_MAX).repeat(30_000)).unwrap();
-        let shared = Arc::new(Shared::new(machine));
+        let shared = Arc::new(Shared::new(machine, None));
         let mut server = I2cServer {
             port: Port::new(shared, "I2C", false).unwrap(),
             idle_limit: Duration::MAX,

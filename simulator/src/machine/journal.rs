@@ -1,10 +1,11 @@
-//! What is logged while the machine is locked.
+//! What a simulated TXT logs.
 //!
 //! A logger may block, as on a terminal after Ctrl-S. So a thread that has locked the machine of a simulated TXT keeps
-//! its lines until it has unlocked it.
+//! its lines until it has unlocked it. A simulated TXT that has a name for this begins each of its lines with it.
 
 use std::cell::RefCell;
 use std::fmt;
+use std::sync::Arc;
 
 use ft_transfer_area::wire::ExchangeData;
 use log::Level;
@@ -12,26 +13,40 @@ use log::Level;
 thread_local! {
     /// The lines of this thread that are not logged yet; `None` while it has locked no machine.
     static KEPT: RefCell<Option<Vec<(Level, String)>>> = const { RefCell::new(None) };
+    /// The simulated TXT that this thread is busy with, if its lines begin with a name.
+    static SUBJECT: RefCell<Subject> = const { RefCell::new(None) };
+}
+
+/// What the lines of a simulated TXT begin with.
+pub(crate) type Subject = Option<Arc<str>>;
+
+/// The lines of this thread are about this simulated TXT from now on. Returns which one they were about before.
+pub(crate) fn set_subject(subject: Subject) -> Subject {
+    SUBJECT.replace(subject)
 }
 
 /// While it exists, the lines of this thread are kept. They are logged when it is dropped.
 pub(crate) struct KeptLines {
     /// A script may use the machine of another simulated TXT, while that of its own is locked.
     is_outermost: bool,
+    /// What the thread was busy with before.
+    before: Subject,
 }
 
 impl KeptLines {
-    pub(crate) fn begin() -> Self {
+    /// The lines are about this simulated TXT.
+    pub(crate) fn begin(subject: Subject) -> Self {
         let is_outermost = KEPT.with_borrow_mut(|kept| match kept {
             Some(_) => false,
             None => kept.insert(Vec::new()).is_empty(),
         });
-        Self { is_outermost }
+        Self { is_outermost, before: set_subject(subject) }
     }
 }
 
 impl Drop for KeptLines {
     fn drop(&mut self) {
+        set_subject(self.before.take());
         if self.is_outermost {
             for (level, line) in KEPT.take().into_iter().flatten() {
                 log::log!(level, "{line}");
@@ -45,10 +60,18 @@ pub(crate) fn log(level: Level, line: fmt::Arguments<'_>) {
     if !log::log_enabled!(level) {
         return;
     }
-    let keeps = KEPT.with_borrow_mut(|kept| {
-        kept.as_mut().map(|lines| lines.push((level, line.to_string()))).is_some()
+    let line = SUBJECT.with_borrow(|subject| match subject {
+        Some(name) => format!("{name}: {line}"),
+        None => line.to_string(),
     });
-    if !keeps {
+    let line = KEPT.with_borrow_mut(|kept| match kept {
+        Some(lines) => {
+            lines.push((level, line));
+            None
+        }
+        None => Some(line),
+    });
+    if let Some(line) = line {
         log::log!(level, "{line}");
     }
 }

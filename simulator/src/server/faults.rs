@@ -1,6 +1,9 @@
 //! The injected faults, and when each strikes.
 
+use log::Level;
+
 use crate::fault::{Fault, FaultKind, FaultPlace};
+use crate::machine::journal;
 use crate::server::outgoing::{Outgoing, Random};
 
 /// The faults that may still strike.
@@ -35,7 +38,7 @@ impl Faults {
         let mut outgoing = Outgoing::undisturbed(response);
         kinds.extend(self.take(at));
         for &kind in &kinds {
-            log::info!("a fault is injected: {kind:?}");
+            journal::log(Level::Info, format_args!("a fault is injected: {kind:?}"));
             outgoing.disturb(kind, &mut self.random);
         }
         (outgoing, !kinds.is_empty())

@@ -4,8 +4,10 @@ use std::time::Duration;
 
 use byteorder::{ByteOrder, LittleEndian};
 use ft_transfer_area::wire::{CmprHeader, ResponseId, ID_LEN};
+use log::Level;
 
 use crate::fault::FaultKind;
+use crate::machine::journal;
 
 /// Where the fields that faults disturb are in the response to a compressed exchange.
 mod field {
@@ -74,7 +76,12 @@ impl Outgoing {
         if is_compressed(&self.bytes) {
             change(&mut self.bytes);
         } else {
-            log::warn!("the fault {kind:?} does not change a response without compressed data");
+            journal::log(
+                Level::Warn,
+                format_args!(
+                    "the fault {kind:?} does not change a response without compressed data"
+                ),
+            );
         }
     }
 

@@ -8,9 +8,11 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use log::Level;
 use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token, Waker};
 
+use crate::machine::journal;
 use crate::server::shared::{Shared, Stopped};
 
 const LISTENER: Token = Token(0);
@@ -90,7 +92,7 @@ impl Port {
             Err(error) if error.kind() == ErrorKind::WouldBlock => self.has_waiting_client = false,
             // A client that has closed again, or too many open files: the next client may succeed.
             Err(error) if !std::mem::replace(&mut self.has_warned, true) => {
-                log::warn!("a client could not be accepted: {error}");
+                journal::log(Level::Warn, format_args!("a client could not be accepted: {error}"));
             }
             // Further failures are not logged.
             Err(_) => {}
@@ -126,7 +128,10 @@ impl Port {
         self.shared.check()?;
         while condition(&self.shared) && !has_passed(deadline) {
             if let Some((stream, client)) = self.try_accept() {
-                log::info!("{client} connects to the {} port", self.name);
+                journal::log(
+                    Level::Info,
+                    format_args!("{client} connects to the {} port", self.name),
+                );
                 return Ok(Some(stream));
             }
             if self.has_waiting_client {
@@ -146,7 +151,10 @@ impl Port {
             Ok(()) => {}
             Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(false),
             Err(error) => {
-                log::error!("the {} port can't be waited for: {error}", self.name);
+                journal::log(
+                    Level::Error,
+                    format_args!("the {} port can't be waited for: {error}", self.name),
+                );
                 return Err(Stopped);
             }
         }
@@ -335,13 +343,27 @@ impl End {
     pub(crate) fn log(self, client: &str) {
         match self {
             Self::Stopped => {}
-            Self::Left => log::info!("{client} has left"),
-            Self::Idle => log::warn!("{client} is cut off: it sent no command"),
-            Self::Unread => log::warn!("{client} is cut off: it reads no responses"),
-            Self::Misbehaved(what) => log::warn!("{client} is cut off: {what}"),
-            Self::EndsProgram(why) => log::warn!("the controller's program ends: {why}"),
-            Self::Closed(reason) => log::info!("the connection of {client} is closed: {reason}"),
-            Self::Broken(error) => log::info!("the connection of {client} broke: {error}"),
+            Self::Left => journal::log(Level::Info, format_args!("{client} has left")),
+            Self::Idle => {
+                journal::log(Level::Warn, format_args!("{client} is cut off: it sent no command"))
+            }
+            Self::Unread => journal::log(
+                Level::Warn,
+                format_args!("{client} is cut off: it reads no responses"),
+            ),
+            Self::Misbehaved(what) => {
+                journal::log(Level::Warn, format_args!("{client} is cut off: {what}"))
+            }
+            Self::EndsProgram(why) => {
+                journal::log(Level::Warn, format_args!("the controller's program ends: {why}"))
+            }
+            Self::Closed(reason) => journal::log(
+                Level::Info,
+                format_args!("the connection of {client} is closed: {reason}"),
+            ),
+            Self::Broken(error) => {
+                journal::log(Level::Info, format_args!("the connection of {client} broke: {error}"))
+            }
         }
     }
 }
@@ -365,7 +387,7 @@ mod tests {
 
     #[test]
     fn what_a_client_has_sent_before_it_closed_hides_no_end() {
-        let shared = Arc::new(Shared::new(Machine::new(0)));
+        let shared = Arc::new(Shared::new(Machine::new(0), None));
         let port = Port::new(shared, "camera", true).unwrap();
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
         let mut client = std::net::TcpStream::connect(listener.local_addr().unwrap()).unwrap();

@@ -1,11 +1,13 @@
 //! What the threads of a simulated TXT and its owner share.
 
+use std::fmt;
 use std::time::{Duration, Instant};
 
+use log::Level;
 use mio::Waker;
 use parking_lot::{Condvar, Mutex};
 
-use crate::machine::journal::KeptLines;
+use crate::machine::journal::{self, KeptLines, Subject};
 use crate::machine::Machine;
 use crate::server::pause::Timing;
 
@@ -15,6 +17,8 @@ pub(crate) struct Stopped;
 
 /// What the threads and their owner share.
 pub(crate) struct Shared {
+    /// What the lines that are logged about it begin with.
+    subject: Subject,
     machine: Mutex<Machine>,
     /// The machine may have changed.
     changed: Condvar,
@@ -35,12 +39,13 @@ struct ThreadWaker {
 }
 
 impl Shared {
-    pub(crate) fn new(machine: Machine) -> Self {
-        Self::with_timing(machine, Timing::OF_SYSTEM)
+    pub(crate) fn new(machine: Machine, subject: Subject) -> Self {
+        Self { subject, ..Self::with_timing(machine, Timing::OF_SYSTEM) }
     }
 
     fn with_timing(machine: Machine, timing: Timing) -> Self {
         Self {
+            subject: None,
             machine: Mutex::new(machine),
             changed: Condvar::new(),
             camera_changed: Condvar::new(),
@@ -49,6 +54,12 @@ impl Shared {
             timing,
             wakers: Mutex::new(Vec::new()),
         }
+    }
+
+    /// Logs a line about it, in a thread of the program.
+    pub(crate) fn log(&self, level: Level, line: fmt::Arguments<'_>) {
+        let _kept_lines = KeptLines::begin(self.subject.clone());
+        journal::log(level, line);
     }
 
     /// Wakes one more thread when the threads should end; one that follows sessions also when the camera or the I2C
@@ -60,7 +71,7 @@ impl Shared {
     /// Reads or changes the machine as it is now.
     pub(crate) fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
         // Dropped after the machine is unlocked.
-        let kept_lines = KeptLines::begin();
+        let kept_lines = KeptLines::begin(self.subject.clone());
         let mut machine = self.machine.lock();
         machine.catch_up();
         let (run, time) = (machine.camera_run(), machine.camera_time());
@@ -147,7 +158,8 @@ impl Shared {
         let failed = woken.filter_map(Result::err).last();
         drop(wakers);
         if let Some(error) = failed {
-            log::error!("a thread of the simulated TXT can't be woken: {error}");
+            let line = format_args!("a thread of the simulated TXT can't be woken: {error}");
+            self.log(Level::Error, line);
         }
     }
 

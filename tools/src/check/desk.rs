@@ -69,6 +69,14 @@ impl Desk {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// What lines in the log begin with.
+    fn whose(&self) -> String {
+        match self.label.as_str() {
+            "" => String::new(),
+            label => format!("{label}: "),
+        }
+    }
+
     /// Waits for the next program and checks it.
     fn run(&self) {
         let lesson = self.lock().lesson;
@@ -90,7 +98,10 @@ impl Desk {
                 state.failed += 1;
                 state.wrong = Some((wrong.both(), Some(Instant::now())));
             }
-            Err(error) => log::error!("lesson {} can't be checked: {error:#}", lesson.number),
+            Err(error) => {
+                let whose = self.whose();
+                log::error!("{whose}lesson {} can't be checked: {error:#}", lesson.number);
+            }
         }
         state.is_checking = false;
     }
@@ -152,7 +163,8 @@ impl Shared {
         wrong: &str,
     ) {
         if lesson != self.0.lock().lesson.number && self.go_to(lesson).is_err() {
-            log::warn!("there is no lesson {lesson}, so the first one begins");
+            let whose = self.0.whose();
+            log::warn!("{whose}there is no lesson {lesson}, so the first one begins");
         }
         let mut state = self.0.lock();
         state.passed.extend(passed);

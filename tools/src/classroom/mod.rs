@@ -162,7 +162,8 @@ fn start(args: &Args, class: &Class, first: u16) -> anyhow::Result<Vec<Place>> {
     let mut port = first;
     for pupil in &class.pupils {
         let world = pupil.world.as_ref().unwrap_or(&args.world);
-        let builder = SimulatedTxt::builder().bind(args.bind).port(port).device_name(&pupil.name);
+        let builder = SimulatedTxt::builder().bind(args.bind).port(port);
+        let builder = builder.device_name(&pupil.name).log_name(&pupil.name);
         let place = place(&pupil.name, world, builder).with_context(|| pupil.name.clone())?;
         started.push(place);
         port = if first == 0 { 0 } else { port.saturating_add(PORTS) };
