@@ -20,8 +20,9 @@ const NAME_MAX: usize = 40;
 
 const HEAD: &str = "\
 # A class of `txt classroom`. Whoever has a token comes in, so keep this file to yourself.
-# The tokens and ports stay as they are, so the links do, too. Names, worlds and lessons are yours to change:
-# lesson = 3 instead of a world gives a pupil the machine of lesson 3. A pupil without a token gets one.
+# The tokens, ports and places stay as they are, so the links do, too; a place says which ports a controller has. Names,
+# worlds and lessons are yours to change: lesson = 3 instead of a world gives a pupil the machine of lesson 3. Pupils may
+# be added and removed anywhere; one without a token and a place gets them.
 ";
 
 /// A class, with all tokens.
@@ -41,6 +42,8 @@ pub(super) struct Pupil {
     /// The name or the file of a world; `None` for the one that all have.
     pub(super) world: Option<String>,
     pub(super) token: Token,
+    /// Which ports the controller has: 1 the first three, 2 the next ones.
+    pub(super) place: u16,
 }
 
 #[derive(Deserialize)]
@@ -60,6 +63,7 @@ struct WrittenPupil {
     world: Option<String>,
     lesson: Option<u8>,
     token: Option<String>,
+    place: Option<u16>,
 }
 
 impl Class {
@@ -67,7 +71,7 @@ impl Class {
     pub(super) fn numbered(pupils: u16) -> anyhow::Result<Self> {
         let pupil = |number| {
             let name = format!("TXT {number}");
-            Ok(Pupil { name, world: None, token: Token::random()? })
+            Ok(Pupil { name, world: None, token: Token::random()?, place: number })
         };
         let pupils = (1..=pupils).map(pupil).collect::<anyhow::Result<_>>()?;
         Ok(Self { port: None, page_port: None, token: Token::random()?, pupils })
@@ -95,7 +99,8 @@ impl Class {
 
     fn from_text(text: &str) -> anyhow::Result<Self> {
         let written: Written = toml::from_str(text)?;
-        let pupils = written.pupils.into_iter().map(Pupil::read);
+        let mut next = next_place(&written.pupils)?;
+        let pupils = written.pupils.into_iter().map(|pupil| Pupil::read(pupil, &mut next));
         let pupils = pupils.collect::<anyhow::Result<Vec<_>>>()?;
         ensure!(
             !pupils.is_empty(),
@@ -133,10 +138,13 @@ impl Class {
             &mut text,
             &Written { port: None, page_port: None, token: None, pupils: Vec::new() },
         );
-        for Pupil { name, token, .. } in &self.pupils {
+        for Pupil { name, token, place, .. } in &self.pupils {
             let token = token.text();
             // A number is no word that TOML would take for something else.
-            let _ = write!(text, "\n[[pupils]]\nname = \"{name}\"\ntoken = \"{token}\"\n");
+            let _ = write!(
+                text,
+                "\n[[pupils]]\nname = \"{name}\"\ntoken = \"{token}\"\nplace = {place}\n"
+            );
         }
         text
     }
@@ -155,11 +163,14 @@ impl Class {
                 if written.token.is_none() {
                     let _ = writeln!(new, "token = \"{}\"", pupil.token.text());
                 }
+                if written.place.is_none() {
+                    let _ = writeln!(new, "place = {}", pupil.place);
+                }
             }
         }
         ensure!(
-            pupils.all(|(_, written)| written.token.is_some()),
-            "a token can't be added: begin each pupil with a line [[pupils]]"
+            pupils.all(|(_, written)| written.token.is_some() && written.place.is_some()),
+            "a token and a place can't be added: begin each pupil with a line [[pupils]]"
         );
         Ok(new)
     }
@@ -180,8 +191,9 @@ impl Class {
 }
 
 impl Pupil {
-    fn read(written: WrittenPupil) -> anyhow::Result<Self> {
-        let WrittenPupil { name, world, lesson, token: given } = written;
+    /// The next place is for a pupil who has none yet.
+    fn read(written: WrittenPupil, next: &mut u16) -> anyhow::Result<Self> {
+        let WrittenPupil { name, world, lesson, token: given, place } = written;
         let is_name = !name.trim().is_empty() && name.chars().count() <= NAME_MAX;
         ensure!(
             is_name && !name.contains(char::is_control),
@@ -193,8 +205,29 @@ impl Pupil {
             (None, Some(lesson)) => Some(format!("lesson{lesson}")),
         };
         let token = token(given.as_deref()).with_context(|| name.clone())?;
-        Ok(Self { name, world, token })
+        let place = place.unwrap_or_else(|| {
+            let free = *next;
+            *next = next.saturating_add(1);
+            free
+        });
+        Ok(Self { name, world, token, place })
     }
+}
+
+/// The place after all that have an owner: that of a pupil who was removed may be wanted again. Each has one owner.
+fn next_place(pupils: &[WrittenPupil]) -> anyhow::Result<u16> {
+    let mut owners = HashMap::new();
+    for WrittenPupil { name, place, .. } in pupils {
+        let Some(place) = *place else { continue };
+        ensure!(place > 0, "{name}: places begin with 1");
+        if let Some(other) = owners.insert(place, name) {
+            bail!(
+                "{name} has the same place as {other}, so both would have the same ports; remove the line with the \
+                 place of {name}, and a new one is made"
+            );
+        }
+    }
+    Ok(owners.into_keys().max().unwrap_or(0).saturating_add(1))
 }
 
 /// A token says whose page it opens. A line may have been copied with a pupil.
@@ -282,6 +315,29 @@ mod tests {
     }
 
     #[test]
+    fn who_leaves_or_comes_changes_nobody_elses_place() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("7b.toml");
+        let pupil = |name: &str| format!("[[pupils]]\nname = \"{name}\"\n");
+        let places = |text: String| -> (String, Vec<_>) {
+            fs::write(&path, text).unwrap();
+            let mut class = Class::load(&path, None).unwrap();
+            class.keep(&path, 65000, 8000).unwrap();
+            let places = class.pupils.iter().map(|one| (one.name.clone(), one.place)).collect();
+            (fs::read_to_string(&path).unwrap(), places)
+        };
+        let own = |places: &[(&str, u16)]| -> Vec<_> {
+            places.iter().map(|(name, place)| (String::from(*name), *place)).collect()
+        };
+        let (text, first) = places(["A", "B", "C"].map(pupil).concat());
+        assert_eq!(first, own(&[("A", 1), ("B", 2), ("C", 3)]));
+        let mut parts: Vec<_> = text.split("[[pupils]]").collect();
+        parts[2] = "\nname = \"New\"\n";
+        let (_, then) = places(parts.join("[[pupils]]"));
+        assert_eq!(then, own(&[("A", 1), ("New", 4), ("C", 3)]));
+    }
+
+    #[test]
     fn a_token_that_was_copied_is_refused() {
         let token = format!("token = \"{}\"\n", "0".repeat(32));
         let [a, b] = ["A", "B"].map(|name| format!("[[pupils]]\nname = \"{name}\"\n{token}"));
@@ -303,6 +359,11 @@ mod tests {
             ("[[pupils]]\nname = \"A\"\ntoken = \"geheim\"", "32 digits"),
             ("[[pupils]]\nname = \"A\"\n[[pupils]]\nname = \"A\"", "two pupils are called"),
             ("[[pupils]]\nname = \"A\"\nworld = \"car\"\nlesson = 1", "not both"),
+            ("[[pupils]]\nname = \"A\"\nplace = 0", "places begin with 1"),
+            (
+                "[[pupils]]\nname = \"A\"\nplace = 2\n[[pupils]]\nname = \"B\"\nplace = 2",
+                "B has the same place as A",
+            ),
             ("[[pupils]]\nname = \"A\"\ncolour = 1", "unknown field `colour`"),
         ] {
             let error = format!("{:#}", Class::from_text(text).unwrap_err());

@@ -32,9 +32,9 @@ with its port, and the link shows the machine with its buttons. The link for all
 controller, and only looks. A link is all that is needed to come in, so give each pupil only
 their own.
 
-With --class the links and ports stay: the file has the tokens, and a name and a world or a
-lesson for each pupil, which you can change. Without one they are new at each start. Beside it,
-as .csv, is how far each pupil is in the lessons, also for a spreadsheet and the next start.
+With --class the links and ports stay, also when pupils leave or come: the file has the tokens
+and places, and a name and a world or a lesson for each pupil, which you can change. Without one
+links are new at each start. Beside it, as .csv, is how far each pupil is in the lessons, also for a spreadsheet and the next start.
 
 With --bind 0.0.0.0 the pupils' computers reach it, and whoever reaches it can drive the
 simulated controllers. Ctrl-C ends it.
@@ -62,8 +62,8 @@ pub(crate) struct Args {
     /// What each controller has plugged in: a world by name, or a .toml file
     #[arg(long, value_name = "WORLD", default_value = DEFAULT_WORLD)]
     world: String,
-    /// Main port of the first controller; each next one is 3 higher; 0: any free ones [default:
-    /// that of the class, or 65000]
+    /// Main port of the first controller; that of each next place is 3 higher; 0: any free ones
+    /// [default: that of the class, or 65000]
     #[arg(long, value_name = "N")]
     port: Option<u16>,
     /// Port of the pages; 0 is a free one [default: that of the class, or 0]
@@ -132,13 +132,21 @@ fn read_class(args: &Args) -> anyhow::Result<Class> {
 /// The main port of the first controller, after which there must be enough.
 fn first_port(args: &Args, class: &Class) -> anyhow::Result<u16> {
     let port = args.port.or(class.port).unwrap_or(PORT);
-    let pupils = class.pupils.len();
-    let last = usize::from(port) + pupils * usize::from(PORTS);
+    let places = class.pupils.iter().map(|pupil| pupil.place).max().unwrap_or(0);
+    let last = usize::from(port) + usize::from(places) * usize::from(PORTS);
     ensure!(
-        last <= 1 + usize::from(u16::MAX),
-        "there are too few ports after {port} for {pupils} controllers; choose a lower one with --port"
+        port == 0 || last <= 1 + usize::from(u16::MAX),
+        "there are too few ports after {port} for {places} controllers; choose a lower one with --port"
     );
     Ok(port)
+}
+
+/// The main port of the controller at this place.
+fn port_at(place: u16, first: u16) -> u16 {
+    match first {
+        0 => 0,
+        first => first.saturating_add(place.saturating_sub(1).saturating_mul(PORTS)),
+    }
 }
 
 fn listen(args: &Args, class: &Class) -> anyhow::Result<Pages> {
@@ -159,14 +167,13 @@ struct Place {
 /// A simulated TXT for each pupil.
 fn start(args: &Args, class: &Class, first: u16) -> anyhow::Result<Vec<Place>> {
     let mut started = Vec::new();
-    let mut port = first;
     for pupil in &class.pupils {
         let world = pupil.world.as_ref().unwrap_or(&args.world);
+        let port = port_at(pupil.place, first);
         let builder = SimulatedTxt::builder().bind(args.bind).port(port);
         let builder = builder.device_name(&pupil.name).log_name(&pupil.name);
         let place = place(&pupil.name, world, builder).with_context(|| pupil.name.clone())?;
         started.push(place);
-        port = if first == 0 { 0 } else { port.saturating_add(PORTS) };
     }
     Ok(started)
 }
