@@ -14,7 +14,7 @@ use super::lesson::{Lesson, LESSONS};
 use super::report::{Phase, Report};
 use super::stage::Stage;
 use super::txt::Txt;
-use super::words::Wrong;
+use super::words::{Language, Words, Wrong};
 use crate::names::Names;
 use crate::panel::course::{Both, Course, Progress};
 use crate::panel::pages::Simulated;
@@ -277,6 +277,7 @@ fn lesson_json(lesson: &Lesson) -> Value {
         "number": lesson.number,
         "count": LESSONS.len(),
         "title": lesson.title.json(),
+        "program": Words::fixed(lesson.name_in(Language::En), lesson.name_in(Language::De)).json(),
         "task": lesson.task(),
     })
 }

@@ -47,7 +47,7 @@ macro_rules! lessons {
 
 lessons! {
     1 lamp lampe "01-lamp" "01-lampe" "a lamp" "eine Lampe"
-    2 blink blinken "02-blink" "02-blinken" "blinking" "blinken"
+    2 blink blinken "02-blink" "02-blinken" "blinking" "Blinken"
     3 motor motor "03-motor" "03-motor" "a motor in both directions" "ein Motor in beide Richtungen"
     4 end_switch endschalter "04-end-switch" "04-endschalter" "stop at the end switch" "am Endschalter anhalten"
     5 counter zaehler "05-counter" "05-zaehler" "count pulses" "Impulse zählen"

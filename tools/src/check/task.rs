@@ -2,13 +2,24 @@
 
 use pulldown_cmark::{html, Event, Options, Parser, Tag, TagEnd};
 
-/// The document without what only leads to other files: its links, and the line with them at the beginning and the end.
+/// What the lines begin with that are not for the page: links to other lessons, and commands for a terminal. The page has
+/// the machine and the check, and a simulated TXT beside it would find its ports in use.
+const ELSEWHERE: [&str; 8] = [
+    "[Contents](",
+    "[Inhalt](",
+    "Next: [",
+    "Weiter: [",
+    "Simulated: `",
+    "Simuliert: `",
+    "**Check.**",
+    "**Prüfen.**",
+];
+
+/// The document without its links and lines that are not for the page.
 pub(super) fn html(document: &str) -> String {
     let document = document.replace("\r\n", "\n");
-    let is_way = |line: &&str| {
-        ["[Contents](", "[Inhalt](", "Next: [", "Weiter: ["].iter().any(|way| line.starts_with(way))
-    };
-    let text: Vec<_> = document.lines().filter(|line| !is_way(line)).collect();
+    let is_elsewhere = |line: &&str| ELSEWHERE.iter().any(|begin| line.starts_with(begin));
+    let text: Vec<_> = document.lines().filter(|line| !is_elsewhere(line)).collect();
     let text = text.join("\n");
     let mut is_solution = false;
     let events = Parser::new_ext(&text, Options::ENABLE_TABLES).filter(|event| {
@@ -38,7 +49,8 @@ mod tests {
                 let html = html(document);
                 assert!(html.starts_with("<h1>"), "{html}");
                 assert!(html.contains("<details>") && html.contains("<pre>"), "{html}");
-                for other in ["href", "<script", "Solution", "Lösung"] {
+                for other in ["href", "<script", "Solution", "Lösung", "txt simulate", "txt check"]
+                {
                     assert!(!html.contains(other), "{}: {other}: {html}", lesson.number);
                 }
             }

@@ -35,11 +35,21 @@ pub(super) fn html(parts: &[Part]) -> anyhow::Result<String> {
         let _ = writeln!(
             html,
             "<section>{code}<div><h2>{name}</h2><p>Programs / Programme: <code>{program}</code></p>\
-             <p>Page / Seite: <code>{page}</code></p></div></section>"
+             <p>Page / Seite: <code>{}</code></p></div></section>",
+            in_lines(page)
         );
     }
     html += "</main>\n</body>\n</html>\n";
     Ok(html)
+}
+
+/// A link as HTML that breaks where nobody takes the end of a line for a part of it: people may have to type it.
+fn in_lines(link: &str) -> String {
+    let (place, token) = link.split_once("token=").unwrap_or((link, ""));
+    let (first, second) = token.split_at_checked(token.len() / 2).unwrap_or((token, ""));
+    let name = if token.is_empty() { "" } else { "<wbr>token=" };
+    format!("{}{name}<wbr>{}<wbr>{}", escaped(place), escaped(first), escaped(second))
+        .replace("/lesson?", "/<wbr>lesson?")
 }
 
 /// A text as HTML.
@@ -62,5 +72,8 @@ mod tests {
         assert_eq!((html.matches("<svg").count(), html.matches("<section>").count()), (2, 2));
         assert!(html.contains("<h2>Zoë</h2>") && html.contains("&lt;script&gt;"), "{html}");
         assert!(!html.contains("<script"));
+        let link = format!("http://192.168.1.5:8000/lesson?token={}", "0123456789abcdef".repeat(2));
+        let lines = "http://192.168.1.5:8000/<wbr>lesson?<wbr>token=<wbr>0123456789abcdef<wbr>0123456789abcdef";
+        assert_eq!(in_lines(&link), lines);
     }
 }

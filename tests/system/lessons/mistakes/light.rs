@@ -28,6 +28,10 @@ pub(crate) fn lamp(handler: &TransferAreaComHandler, mistake: &str) -> Result<()
             "other_output" => {
                 area.set_out_pwm_values(Output::O7, if pressed { DUTY_MAX } else { 0 })
             }
+            "copy" => {
+                let mut area = *area;
+                area.set_out_pwm_values(Output::O8, if pressed { DUTY_MAX } else { 0 })
+            }
             "weak" => area.set_out_pwm_values(Output::O8, i16::from(pressed)),
             "half_of_a_motor" => area.set_out_pwm_values(Output::O8, 0),
             _ => Ok(()),

@@ -20,6 +20,10 @@ pub(crate) fn motor(handler: &TransferAreaComHandler, mistake: &str) -> Result<(
             ("swapped", false, true) => Direction::Cw,
             ("first_wins", true, true) => Direction::Cw,
             ("second_if_undoes", _, false) => Direction::Halt,
+            ("other_motor", _, _) => {
+                let duty = if i1 { DUTY_MAX } else { 0 };
+                return area.set_out_motor_values(Motor::M2, duty, Direction::Cw);
+            }
             ("no_halt", false, false) => return Ok(()),
             ("both_outputs", _, _) => {
                 area.output.duty[0] = if i1 { DUTY_MAX } else { 0 };

@@ -78,8 +78,10 @@ fn ways(log: &[Moment], first: &Moment, last: &Moment, has_ended: bool) -> Check
                 format!("{motor} fuhr {way:.0} Impulse vorwärts statt 500."),
             )
             .hint(
-                "give the distance to start_motor_ex_cmd: then the controller counts, and stops the motor.",
-                "Gib die Strecke bei start_motor_ex_cmd an: Dann zählt der Controller selbst und hält den Motor an.",
+                "give the distance to start_motor_ex_cmd: then the controller counts, and stops the motor. On the way \
+                 back the slave drives with Direction::Ccw, too.",
+                "Gib die Strecke bei start_motor_ex_cmd an: Dann zählt der Controller selbst und hält den Motor an. Auf \
+                 dem Rückweg fährt auch der Mitläufer mit Direction::Ccw.",
             ));
         }
     }

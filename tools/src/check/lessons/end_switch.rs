@@ -29,8 +29,8 @@ pub(in crate::check) fn check(stage: &mut Stage) -> Check {
                 "Der Schlitten fährt, obwohl niemand I3 gedrückt hat.",
             )
             .hint(
-                "wait for I3 first: wait_until(|areas| …, Duration::MAX).",
-                "Warte zuerst auf I3: wait_until(|areas| …, Duration::MAX).",
+                "wait for I3 first: wait_for(&areas, I3)?.",
+                "Warte zuerst auf I3: wait_for(&areas, I3)?.",
             )
         },
     )?;
@@ -123,7 +123,9 @@ fn not_arrived(now: &Moment, switch: &str) -> Wrong {
         format!("Der Schlitten kam nicht bei {switch} an. Er steht bei {place:.0} von 400 Impulsen."),
     )
     .hint(
-        "a short press of I3 is enough to start. After that only the end switch stops the slide, not I3 and no time.",
-        "Ein kurzer Druck auf I3 reicht zum Losfahren. Danach hält nur der Endschalter an, nicht I3 und keine Zeit.",
+        "a short press of I3 is enough to start. After that only the end switch at the end of this way stops the slide: \
+         I2 clockwise, I1 back; not I3 and no time.",
+        "Ein kurzer Druck auf I3 reicht zum Losfahren. Danach hält nur der Endschalter am Ende dieses Wegs an: nach \
+         rechts I2, zurück I1; nicht I3 und keine Zeit.",
     )
 }

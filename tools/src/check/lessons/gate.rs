@@ -142,8 +142,10 @@ fn not_there(switch: &str) -> Wrong {
         format!("Das Tor kommt nicht bis {switch}."),
     )
     .hint(
-        "I3 only starts it. After that, it goes on by itself until its switch: I2 for open, I1 for closed.",
-        "I3 gibt nur den Anstoß. Danach fährt es von selbst bis zu seinem Schalter: I2 für offen, I1 für zu.",
+        "I3 only starts it. After that, it goes on by itself until its switch: I2 for open, I1 for closed. Nothing is in \
+         its way: I4 reports true then.",
+        "I3 gibt nur den Anstoß. Danach fährt es von selbst bis zu seinem Schalter: I2 für offen, I1 für zu. Nichts ist \
+         im Weg: I4 meldet dann true.",
     )
 }
 

@@ -83,10 +83,11 @@ fn dark(now: &Moment) -> Wrong {
         "I1 wurde gedrückt, aber die Lampe an O8 blieb dunkel.",
     )
     .hint(
-        "call wait_cycle in each round of the loop, or the program never sees the new inputs. The outputs \
-         are sent when the guard is dropped.",
-        "Rufe wait_cycle in jeder Runde der Schleife auf, sonst sieht das Programm die neuen Eingänge nie. \
-         Gesendet werden die Ausgänge, wenn der Guard endet.",
+        "does the program look at I1 and set O8? Call wait_cycle in each round of the loop, or it never sees the new \
+         inputs. Write `let area = &mut now[LOCAL_IO];`: without &mut it is a copy, and nothing of it is sent.",
+        "Fragt das Programm nach I1, und setzt es O8? Rufe wait_cycle in jeder Runde der Schleife auf, sonst sieht es \
+         die neuen Eingänge nie. Schreib `let area = &mut now[LOCAL_IO];`: Ohne &mut ist es eine Kopie, und nichts \
+         davon wird gesendet.",
     )
 }
 

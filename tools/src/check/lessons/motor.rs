@@ -75,6 +75,14 @@ fn other_way(button: Input, now: &Moment) -> Wrong {
     } else {
         ("counter-clockwise (Direction::Ccw)", "nach links (Direction::Ccw)")
     };
+    let others = now.outputs_on();
+    if now.motor(M1) == 0 && !others.is_empty() {
+        return Wrong::new(
+            format!("{button} is pressed, but {others} went on and not M1."),
+            format!("{button} ist gedrückt, aber an ging {others} und nicht M1."),
+        )
+        .hint("M1 is between O1 and O2.", "M1 liegt zwischen O1 und O2.");
+    }
     if now.motor(M1) == 0 {
         return Wrong::new(
             format!("{button} is pressed, but M1 does not turn. It should turn {en}."),

@@ -100,8 +100,10 @@ fn arrive(stage: &mut Stage, piece: Piece, own: &str, other: &str) -> Check {
         "Die Scheibe kommt nicht an: Sie liegt auf dem stehenden Band oder wurde nicht weggeblasen.",
     )
     .hint(
-        "let the belt run until I6 or I7 reports the disc. The valve O3 needs the compressor O4.",
-        "Lass das Band laufen, bis I6 oder I7 die Scheibe meldet. Das Ventil O3 braucht den Kompressor O4.",
+        "let the belt run until I6 or I7 reports the disc. A white one is at the valve 8 pulses of C1 behind I3, and the \
+         valve O3 needs the compressor O4.",
+        "Lass das Band laufen, bis I6 oder I7 die Scheibe meldet. Eine weiße ist 8 Impulse von C1 hinter I3 beim Ventil, \
+         und das Ventil O3 braucht den Kompressor O4.",
     ))
 }
 

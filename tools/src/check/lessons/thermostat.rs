@@ -44,8 +44,10 @@ fn runs_in_the_cold() -> Wrong {
         "Es sind 20 °C, und der Lüfter läuft.",
     )
     .hint(
-        "the resistance of an NTC falls when it gets warmer: 1870 Ω at 20 °C, 1500 Ω at 25 °C, 1210 Ω at 30 °C.",
-        "Der Widerstand eines NTC sinkt, wenn es wärmer wird: 1870 Ω bei 20 °C, 1500 Ω bei 25 °C, 1210 Ω bei 30 °C.",
+        "the resistance of an NTC falls when it gets warmer: 1870 Ω at 20 °C, 1500 Ω at 25 °C, 1210 Ω at 30 °C. The \
+         value is in Ω only with InputMode::Resistance.",
+        "Der Widerstand eines NTC sinkt, wenn es wärmer wird: 1870 Ω bei 20 °C, 1500 Ω bei 25 °C, 1210 Ω bei 30 °C. \
+         Ω misst der Eingang nur mit InputMode::Resistance.",
     )
 }
 

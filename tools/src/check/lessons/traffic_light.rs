@@ -121,8 +121,9 @@ fn another(number: usize, expected: Light, is: Light) -> Wrong {
         );
     }
     wrong.hint(
-        "each state sets all three lamps: those that are lit and those that are dark.",
-        "Jeder Zustand setzt alle drei Lampen: die hellen und die dunklen.",
+        "does the arrow lead to the right state? And each state sets all three lamps: those that are lit and those that \
+         are dark.",
+        "Führt der Pfeil zum richtigen Zustand? Und jeder Zustand setzt alle drei Lampen: die hellen und die dunklen.",
     )
 }
 

@@ -15,26 +15,26 @@ const $ = (id) => document.getElementById(id);
 const WORDS = {
   en: {
     title: "lesson", steps: "Check", ok: "right", wrong: "wrong", now: "being tried",
-    idle: "Press “Check”, then start your program. It connects to {address}.",
-    idleAgain: "Change your program, press “Check”, and start it again.",
-    waiting: "Now start your program. If it runs already, end it and start it again. It connects to {address}.",
+    idle: "Press “Check”, then start your program with the address of this machine:",
+    idleAgain: "Change your program, press “Check”, and start it again:",
+    waiting: "Now start your program. If it runs already, end it and start it again:",
     waitingHere: "The program is being started …",
     running: "The check presses the buttons. Let your program run.",
     solved: "Solved.", hint: "Hint: {text}", check: "Check", end: "End the check", next: "Next lesson", before: "Lesson before",
     old: "This address is not known here: the program was started anew, and has other addresses. Ask for the new one.",
-    over: "The program that shows this page has ended. What it said last stays here.", noToken: "This address has no token. Open the address that the program prints.",
+    over: "The page does not reach its program: it has ended, or the network is gone. What it said last stays here.", noToken: "This address has no token. Open the address that the program prints.",
     online: "Your program is connected",
   },
   de: {
     title: "Lektion", steps: "Prüfung", ok: "richtig", wrong: "falsch", now: "wird geprüft",
-    idle: "Drück auf „Prüfen“ und starte dann dein Programm. Es verbindet sich mit {address}.",
-    idleAgain: "Ändere dein Programm, drück auf „Prüfen“ und starte es noch einmal.",
-    waiting: "Starte jetzt dein Programm. Läuft es schon, beende es und starte es neu. Es verbindet sich mit {address}.",
+    idle: "Drück auf „Prüfen“ und starte dann dein Programm mit der Adresse dieser Maschine:",
+    idleAgain: "Ändere dein Programm, drück auf „Prüfen“ und starte es noch einmal:",
+    waiting: "Starte jetzt dein Programm. Läuft es schon, beende es und starte es neu:",
     waitingHere: "Das Programm wird gestartet …",
     running: "Die Prüfung drückt die Taster. Lass dein Programm laufen.",
     solved: "Geschafft!", hint: "Tipp: {text}", check: "Prüfen", end: "Prüfung beenden", next: "Nächste Lektion", before: "Lektion davor",
     old: "Diese Adresse ist hier unbekannt: Das Programm wurde neu gestartet und hat andere Adressen. Frag nach der neuen.",
-    over: "Das Programm, das diese Seite zeigt, ist zu Ende. Was es zuletzt gesagt hat, bleibt hier stehen.", noToken: "In dieser Adresse fehlt das Token. Öffne die Adresse, die das Programm ausgibt.",
+    over: "Die Seite erreicht ihr Programm nicht: Es ist zu Ende, oder das Netz fehlt. Was es zuletzt gesagt hat, bleibt hier stehen.", noToken: "In dieser Adresse fehlt das Token. Öffne die Adresse, die das Programm ausgibt.",
     online: "Dein Programm ist verbunden",
   },
 };
@@ -190,7 +190,7 @@ function show() {
   showSteps(state);
 }
 
-function showSteps({ number, count, check, checking, may_check: mayCheck, address }) {
+function showSteps({ number, count, check, checking, may_check: mayCheck, address, program }) {
   const focused = document.activeElement?.dataset?.what;
   const { phase, steps, note, wrong } = check;
   const text = phase === "idle" ? "idle" : phase === "waiting" ? (mayCheck ? "waiting" : "waitingHere") : phase === "running" ? "running" : phase === "wrong" && mayCheck ? "idleAgain" : "";
@@ -210,7 +210,9 @@ function showSteps({ number, count, check, checking, may_check: mayCheck, addres
     wrong ? h("p", { class: "verdict" }, said(wrong.what)) : null,
     wrong?.hint ? h("p", { class: "hint" }, w("hint", { text: said(wrong.hint) })) : null,
     wrong?.note ? h("p", { class: "hint" }, said(wrong.note)) : null,
-    text ? h("p", { class: "note" }, w(text, { address })) : null,
+    text ? h("p", { class: "note" }, w(text)) : null,
+    // A program that is started here needs nobody to start it.
+    mayCheck && text && text !== "running" ? h("p", { class: "command" }, h("code", {}, `cargo run --bin ${said(program)} -- ${address}`)) : null,
     h("div", { class: "buttons" }, buttons),
   ].filter(Boolean));
   if (focused) $("check").querySelector(`[data-what="${focused}"]`)?.focus({ preventScroll: true });

@@ -126,7 +126,7 @@ const GERMAN = {
   recordHint: "In eine Datei in dem Ordner, in dem txt gestartet wurde, mit den 60 s vor dem Klick.",
   "record-on": "Nimmt auf in {file}", "record-ending": "Beendet {file}", "record-off": "Aufgenommen: {file}", recordTime: "{time} und die {before} s davor",
   overview: "Alle Controller", somebody: "Seite {page} steuert", nobody: "Niemand steuert",
-  inLesson: "Lektion {number}", passed: "bestanden: {list}", nonePassed: "noch keine bestanden", stuck: "kommt nicht weiter: {count} mal falsch", lastWrong: "zuletzt falsch {ago}", agoEarlier: "vor dem letzten Start", agoNow: "gerade eben", agoMinutes: "vor {count} min",
+  inLesson: "Lektion {number}", passed: "bestanden: {list}", nonePassed: "noch keine bestanden", stuck: "kommt nicht weiter: {count}-mal falsch", lastWrong: "zuletzt falsch {ago}", agoEarlier: "vor dem letzten Start", agoNow: "gerade eben", agoMinutes: "vor {count} min",
   unknownText: "Diese Adresse ist hier unbekannt: Das Programm wurde neu gestartet und hat andere Adressen. Frag nach der neuen, oder öffne die, die das Programm ausgibt.",
 };
 
@@ -145,11 +145,11 @@ const SOUNDS = {
 
 /** Places of the worlds that the program brings. */
 const GERMAN_PLACES = {
-  before_ejectors: "vor den Auswerfern", belt: "Band", belt_end: "Bandende", belt_inside: "Band innen", belt_outside: "Band außen",
+  before_ejectors: "vor den Auswerfern", before_valve: "vor dem Ventil", belt: "Band", belt_end: "Bandende", belt_inside: "Band innen", belt_outside: "Band außen",
   blue_ejector: "Auswerfer blau", blue_storage: "Lager blau", cantilever: "Ausleger", colour_sensor: "Farbsensor", delivery: "Anlieferung",
-  entry: "Eingang", exit: "Ausgang", gripper: "Greifer", oven: "Ofen", pickup: "Abholung", red_ejector: "Auswerfer rot", red_storage: "Lager rot",
-  rejected: "Ausschuss", saw: "Säge", seat: "Sitz", storage: "Lager", table: "Drehtisch", table_at_belt: "Drehtisch am Band",
-  vacuum_gripper: "Sauggreifer", white_ejector: "Auswerfer weiß", white_storage: "Lager weiß",
+  entry: "Anfang", exit: "Ende", gripper: "Greifer", oven: "Ofen", pickup: "Abholung", red_ejector: "Auswerfer rot", red_storage: "Lager rot",
+  rejected: "Ausschuss", rest: "die anderen", saw: "Säge", seat: "Sitz", storage: "Lager", table: "Drehtisch", table_at_belt: "Drehtisch am Band",
+  vacuum_gripper: "Sauggreifer", valve: "Ventil", white_ejector: "Auswerfer weiß", white_storage: "Lager weiß",
 };
 
 /** German sentences for errors, by their code. English ones come from the program. */
