@@ -1,5 +1,6 @@
 //! `txt classroom`: a controller for each pupil, and a page that looks at all.
 
+use std::cell::Cell;
 use std::fs;
 use std::io::Write;
 use std::net::TcpStream;
@@ -77,6 +78,26 @@ fn each_pupil_has_a_controller_and_the_page_for_all_only_looks() {
     let others = all.state(0, |_| true);
     assert_eq!(others["world"]["boards"][0]["inputs"][2]["value"], 0.0);
     handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_page_of_many_gets_more_of_the_controller_that_it_shows() {
+    let classroom = Classroom::start(12);
+    let mut all = Page::open(&classroom.all.0, &classroom.all.1);
+    all.done(json!({"do": "look", "only": 3}));
+    let mut count = |host: u64| {
+        // From one state of the first controller to another one, however fast they come.
+        let seen = Cell::new(0);
+        for _ in 0..8 {
+            all.wait(|state| {
+                seen.set(seen.get() + u32::from(state["host"] == host));
+                state["type"] == "state" && state["host"] == 0
+            });
+        }
+        seen.get()
+    };
+    let (shown, other) = (count(3), count(5));
+    assert!(shown >= 2 * other && other > 0, "{shown} and {other}");
 }
 
 #[test]

@@ -61,15 +61,20 @@ async fn publish(
     sink.send(text(panel.hello(*page))).await?;
     let mut ticks = time::interval(STATE_PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut tick = 0_usize;
     loop {
         tokio::select! {
             Some(answer) = waiting.recv() => sink.send(text(answer)).await?,
             _ = ticks.tick() => {
                 for host in 0..panel.hosts.len() {
+                    if !panel.is_due(host, *page, tick) {
+                        continue;
+                    }
                     if let Some(state) = panel.state(host, *page) {
                         sink.feed(text(state)).await?;
                     }
                 }
+                tick = tick.wrapping_add(1);
                 sink.flush().await?;
             }
         }

@@ -1,7 +1,8 @@
 //! What all pages share, and what their messages do.
 
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde_json::{json, Value};
 use tokio::sync::Semaphore;
@@ -26,16 +27,23 @@ pub(crate) struct Panel {
     /// For pages that are open.
     pub(crate) places: Arc<Semaphore>,
     pages: AtomicU64,
+    /// The controller that an open page shows alone.
+    looks: Mutex<HashMap<PageId, usize>>,
 }
 
 /// How many pages of a panel may be open, and how many of one among several.
 pub(super) const PAGES: usize = 200;
 const PAGES_OF_ONE: usize = 20;
 
+/// Of how many controllers that are only looked at the state is sent at once, and how seldom that of one may be.
+const AT_ONCE: usize = 4;
+const SELDOM: usize = 8;
+
 impl Panel {
     pub(crate) fn new(hosts: Vec<Host>, common: Arc<Common>, access: Arc<Access>) -> Self {
         let places = Arc::new(Semaphore::new(PAGES));
-        Self { hosts, common, access, course: None, places, pages: AtomicU64::new(0) }
+        let (pages, looks) = (AtomicU64::new(0), Mutex::default());
+        Self { hosts, common, access, course: None, places, pages, looks }
     }
 
     /// The same beside others, for whose pages there is always room.
@@ -55,9 +63,22 @@ impl Panel {
 
     /// This page is gone. If it drove, all motors stop.
     pub(crate) fn leave(&self, page: PageId) {
+        self.looks().remove(&page);
         if self.common.control.release(page) {
             self.stop_hosts();
         }
+    }
+
+    fn looks(&self) -> MutexGuard<'_, HashMap<PageId, usize>> {
+        self.looks.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether the state of a controller is for this page at this tick. A page of many that it only looks at gets each
+    /// a few times a second, which a computer with a whole class in it can afford, and more of one that it shows alone.
+    pub(crate) fn is_due(&self, host: usize, page: PageId, tick: usize) -> bool {
+        let drives = self.hosts.iter().any(Host::is_driven);
+        let every = if drives { 1 } else { self.hosts.len().div_ceil(AT_ONCE).clamp(1, SELDOM) };
+        tick == 0 || tick.wrapping_add(host) % every == 0 || self.looks().get(&page) == Some(&host)
     }
 
     /// Stops all motors of all controllers.
@@ -122,6 +143,13 @@ impl Panel {
         let control = &self.common.control;
         let result = match request {
             Request::Alive => Ok(()),
+            Request::Look(only) => {
+                match only {
+                    Some(host) => self.looks().insert(page, host),
+                    None => self.looks().remove(&page),
+                };
+                Ok(())
+            }
             Request::Drive => control.drive(page),
             Request::Take => {
                 control.take(page);

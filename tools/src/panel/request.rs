@@ -20,6 +20,8 @@ pub(crate) struct Message {
 #[derive(Debug)]
 pub(crate) enum Request {
     Alive,
+    /// Which controller is shown alone; `None` for all.
+    Look(Option<usize>),
     Drive,
     Take,
     Release,
@@ -111,6 +113,7 @@ fn understand(value: Value) -> Result<Message, Problem> {
     let name = name.ok_or_else(|| Problem::bad_message("it has no \"do\""))?;
     let request = match name {
         "alive" => Request::Alive,
+        "look" => Request::Look(field(&value, "only")?),
         "drive" => Request::Drive,
         "take" => Request::Take,
         "release" => Request::Release,

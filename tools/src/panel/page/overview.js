@@ -25,6 +25,8 @@ class Tile {
 
   update() {
     const { state, shortTitle: title, address } = this.host;
+    if (state && state === this.drawn && title === this.title.textContent) return;
+    this.drawn = state;
     setText(this.title, title);
     const phase = state?.link.phase ?? "connecting";
     setAttribute(this.phase, "data-phase", phase);

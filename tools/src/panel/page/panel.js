@@ -14,6 +14,7 @@ import { Tabs } from "./tabs.js";
 import { currentLanguage, sentence, setLanguage, t } from "./words.js";
 
 const TOAST_MS = 8000;
+const GLANCE_MS = 100;
 const $ = (id) => document.getElementById(id);
 
 /** What is shown: a host's id or "all", and of each host the number of an area or "all". */
@@ -36,6 +37,7 @@ const connection = new Connection({
     setAttribute($("stop"), "hidden", !drives);
     control.hello(drives);
     gate.hello(message.hosts);
+    look();
     rebuild();
   },
   state(message) {
@@ -75,10 +77,19 @@ const commands = { send: (command) => connection.send(command), ask: (command) =
 function schedule() {
   if (due) return;
   due = true;
-  requestAnimationFrame(() => {
-    due = false;
-    show();
-  });
+  const draw = () =>
+    requestAnimationFrame(() => {
+      due = false;
+      show();
+    });
+  // What many do at a glance need not be drawn at each state of one of them.
+  if (view && shown.host === "all") setTimeout(draw, GLANCE_MS);
+  else draw();
+}
+
+/** Tells the program what is shown: it sends more of one controller than of many. */
+function look() {
+  if (hosts.size > 1) connection.post({ do: "look", only: shown.host === "all" ? null : shown.host });
 }
 
 /** Makes everything anew: another language, another host, other extensions. */
@@ -103,6 +114,7 @@ function rebuild() {
 
 function choose(id) {
   shown.host = id;
+  look();
   rebuild();
 }
 
