@@ -3,9 +3,11 @@
 
 use std::io::{self, Write};
 
+use anyhow::Context;
 use axum::body::Bytes;
 use flate2::write::GzEncoder;
 use flate2::Compression;
+use serde_json::Value;
 
 use crate::plotter;
 use crate::web::bundle::bundle;
@@ -77,6 +79,16 @@ pub(super) struct Ready {
 impl Ready {
     fn new(kind: &'static str, text: String) -> anyhow::Result<Self> {
         Ok(Self { kind, gzip: gzip(text.as_bytes())?.into(), plain: text.into() })
+    }
+
+    /// The document with what its page would ask for first: data, which is no script.
+    pub(super) fn with_state(&self, state: &Value) -> anyhow::Result<Self> {
+        // In a text of JSON this sign may be written as its number, and the element does not end early.
+        let state = state.to_string().replace('<', "\\u003c");
+        let html = std::str::from_utf8(&self.plain)?;
+        let (before, after) = html.rsplit_once("</body>").context("the document has no end")?;
+        let state = format!("<script type=\"application/json\" id=\"state\">{state}</script>");
+        Self::new(self.kind, format!("{before}{state}</body>{after}"))
     }
 }
 
@@ -166,7 +178,19 @@ mod tests {
             .filter(|line| [" src=\"", "href=\""].iter().any(|link| line.contains(link)))
             .collect();
         assert!(loaded.iter().all(|line| line.contains("icon.svg")), "{loaded:?}");
-        assert!(page.gzip.len() < 54_000, "{} bytes", page.gzip.len());
+        // So many are sent before the browser has answered twice.
+        assert!(page.gzip.len() < 42_500, "{} bytes", page.gzip.len());
+    }
+
+    #[test]
+    fn the_state_in_a_document_ends_nothing() {
+        let page = Page::lesson().unwrap().document;
+        let state = serde_json::json!({ "task": "</script><b>" });
+        let page = page.with_state(&state).unwrap();
+        let html = std::str::from_utf8(&page.plain).unwrap();
+        let (_, rest) = html.split_once("id=\"state\">").unwrap();
+        let (text, _) = rest.split_once("</script>").unwrap();
+        assert_eq!(serde_json::from_str::<Value>(text).unwrap(), state);
     }
 
     #[test]

@@ -153,8 +153,18 @@ async fn page(State(Server { page, .. }): State<Server>, headers: HeaderMap) -> 
     file(&page.document, &headers)
 }
 
-async fn lesson(State(Server { lesson, .. }): State<Server>, headers: HeaderMap) -> Response {
-    file(&lesson.document, &headers)
+/// Who has the token gets the state with the document, and need not ask for it over a slow network.
+async fn lesson(
+    State(server): State<Server>,
+    Query(asked): Query<Asked>,
+    headers: HeaderMap,
+) -> Response {
+    let document = &server.lesson.document;
+    let course = server.panel(&headers, &asked).ok().and_then(|panel| panel.course.as_ref());
+    match course.map(|course| document.with_state(&course.state())) {
+        Some(Ok(with_state)) => file(&with_state, &headers),
+        _ => file(document, &headers),
+    }
 }
 
 async fn plotter_script(State(server): State<Server>, headers: HeaderMap) -> Response {

@@ -228,6 +228,12 @@ $("language").addEventListener("click", () => {
 holdButtons(() => view);
 readColours();
 setText($("language"), t("language"));
+// What it would ask for first may have come with it.
+const early = $("state");
+if (token && early) {
+  state = JSON.parse(early.textContent);
+  show();
+}
 if (token) {
   connection.open();
   ask();
