@@ -43,7 +43,7 @@ static ENDING: AtomicBool = AtomicBool::new(false);
 
 /// An error when the program is ending.
 pub(crate) fn check_goes_on() -> Result<(), Error> {
-    if ENDING.load(Ordering::Acquire) {
+    if ENDING.load(Ordering::SeqCst) {
         return Err(Error::NotStarted);
     }
     Ok(())
@@ -52,7 +52,7 @@ pub(crate) fn check_goes_on() -> Result<(), Error> {
 /// The program goes on after its transfers have ended.
 #[cfg(unix)]
 fn goes_on() {
-    ENDING.store(false, Ordering::Release);
+    ENDING.store(false, Ordering::SeqCst);
 }
 
 /// From now on the end that a signal asks for is seen, also while a thread of the program is in a call.
@@ -60,7 +60,7 @@ pub(crate) fn watch_signals() {
     system::watch();
 }
 
-/// Ends this transfer when the program returns from `main` or calls `exit`: before what the program destroys
+/// Before a transfer begins: ends it when the program returns from `main` or calls `exit`: before what the program destroys
 /// then, such as what its callbacks use. So it does when the program is asked to end, as by Ctrl-C, unless the
 /// program itself does something then. A program that ends otherwise only closes the connection, at which a TXT's
 /// motors may go on.
@@ -92,7 +92,7 @@ pub(crate) extern "C" fn ft_end_transfers() {
 
 /// Ends all transfers of this process, side by side: one that does not answer does not keep the others moving.
 fn end_all() {
-    ENDING.store(true, Ordering::Release);
+    ENDING.store(true, Ordering::SeqCst);
     let own = std::process::id();
     let Some(watched) = WATCHED.try_lock_for(LOCK_LIMIT) else { return };
     let own = watched.iter().filter(|(process, _)| *process == own);

@@ -137,8 +137,8 @@ impl Ex2 {
         // Before it starts: its first cycle may ask for it.
         *session = Some(Arc::clone(&new));
         drop(session);
-        new.start()?;
         exit::watch(&new);
+        new.start()?;
         *self.reported.lock() = None;
         Ok(())
     }

@@ -111,8 +111,8 @@ impl Device {
 
     /// Begins the transfer, and returns after the first response.
     pub(super) fn start(self: &Arc<Self>) -> Result<(), u32> {
-        let started = self.session.start();
         exit::watch(self);
+        let started = self.session.start();
         if !self.is_open() {
             // Closed meanwhile, perhaps before the transfer began.
             let _ = self.session.stop();
