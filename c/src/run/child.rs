@@ -127,11 +127,14 @@ fn stop_left(online: &mut Online, target: &Target) -> Vec<String> {
         .collect()
 }
 
-fn words_of_stop(stopped: Result<(), Error>) -> String {
+/// A program may have several controllers.
+fn words_of_stop((host, stopped): (String, Result<(), Error>)) -> String {
     match stopped {
-        Ok(()) => "it could send no last exchange, so tx_run has sent it: all outputs are off".into(),
+        Ok(()) => format!(
+            "it could send no last exchange to {host}, so tx_run has sent it: all outputs are off"
+        ),
         Err(error) => format!(
-            "it could send no last exchange, and tx_run could not either, so motors may go on: {error:#}"
+            "it could send no last exchange to {host}, and tx_run could not either, so motors may go on: {error:#}"
         ),
     }
 }
