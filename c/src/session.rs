@@ -376,7 +376,8 @@ impl<A: Area> SessionParts<A> {
             "this computer was too busy to exchange with the controller for longer"
         };
         log::warn!(
-            "{cause} than {limit:?}; all outputs were off meanwhile, and are on again as the program set them"
+            "{}: {cause} than {limit:?}; all outputs were off meanwhile, and are on again as the program set them",
+            self.host
         );
         self.mirror.lock().go_on(&areas);
         Ok(areas)
