@@ -394,3 +394,16 @@ fn on_a_full_disk_it_ends_with_a_sentence_and_what_was_written_can_be_read() {
     assert_eq!(info["is_cut_off"], true);
     assert!(info["cycles"].as_u64() > Some(10), "{info}");
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_part_that_can_not_begin_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut command = Command::new("sh");
+    command.args(["-c", "ulimit -f 0; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_txt")]);
+    command.args(["record", "--simulate", "slide", "--seconds", "1", "--parts", "1h", "-o"]);
+    let output = command.arg(&path).output().unwrap();
+    assert!(!output.status.success());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+}
