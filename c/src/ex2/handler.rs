@@ -93,7 +93,7 @@ impl Ex2 {
     pub(super) fn report(&self, error: &Error) {
         let before = self.reported.lock().replace(error.clone());
         if before.as_ref() != Some(error) {
-            report::failure(error);
+            report::failure(format_args!("{}: {error}", self.host));
         }
     }
 

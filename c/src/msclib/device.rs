@@ -152,7 +152,7 @@ impl Device {
                 let device = Arc::downgrade(self);
                 let gone = || ft_transfer_area::Error::NotStarted;
                 let connect = move || device.upgrade().ok_or_else(gone)?.session.handler().i2c();
-                none.insert(I2cThread::start(connect)?)
+                none.insert(I2cThread::start(&self.host, connect)?)
             }
         };
         thread.request(request, done)
