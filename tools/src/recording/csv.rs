@@ -10,6 +10,7 @@ use anyhow::Context;
 use ft_transfer_area_recorder::{Column, Recorded, Recording};
 
 use super::clock::Clock;
+use super::in_parts::ensure_is_one;
 use super::part::Part;
 use super::survey::{progress, Survey};
 use super::whole::say_what_is_missing;
@@ -42,6 +43,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    ensure_is_one(&args.file)?;
     let names = args.names.read()?;
     let columns = if args.columns.is_empty() {
         Column::of_areas(1 + Survey::of(&args.file)?.extensions)

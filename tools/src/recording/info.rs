@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
+use serde::Serialize;
+
+use super::in_parts;
 use super::survey::{Listed, Survey};
 use crate::print;
 
@@ -15,6 +18,8 @@ the watchdog, blocked motors (if the program has set a limit), inputs that get o
 counters, long cycles, late reactions, and what is not recorded. The first 10 moments of each kind
 are listed; txt plot FILE --unusual NUMBER draws one. Times of day are those of this computer's time
 zone. A file that is cut off is read up to there; damaged parts are left out, and a line says so.
+
+Of a recording in parts, its name without a number means all of them, one after the other.
 
 Example: txt info run.mcap";
 
@@ -30,12 +35,37 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
-    let survey = Survey::of(&args.file)?;
-    if args.json {
-        print::line(print::json(&survey)?)
-    } else {
-        print::line(text(&survey).trim_end())
+    match &in_parts::files_of(&args.file)[..] {
+        [file] => show(&Survey::of(file)?, args.json),
+        parts if args.json => {
+            let parts = parts.iter().map(|file| {
+                Ok(Part { file: file.display().to_string(), survey: Survey::of(file)? })
+            });
+            let parts: anyhow::Result<Vec<_>> = parts.collect();
+            print::line(print::json(&parts?)?)
+        }
+        parts => parts.iter().try_for_each(|file| {
+            print::line(format_args!("{:12} {}", "file", file.display()))?;
+            show(&Survey::of(file)?, false)?;
+            print::line("")
+        }),
     }
+}
+
+fn show(survey: &Survey, json: bool) -> anyhow::Result<()> {
+    if json {
+        print::line(print::json(survey)?)
+    } else {
+        print::line(text(survey).trim_end())
+    }
+}
+
+/// One file of a recording in parts.
+#[derive(Serialize)]
+struct Part {
+    file: String,
+    #[serde(flatten)]
+    survey: Survey,
 }
 
 fn text(survey: &Survey) -> String {

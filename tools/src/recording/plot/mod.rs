@@ -16,6 +16,7 @@ use ft_transfer_area_recorder::{Column, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::clock::Clock;
+use super::in_parts::ensure_is_one;
 use super::part::Part;
 use super::whole::say_what_is_missing;
 use crate::{names, print};
@@ -69,6 +70,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     if !is_picture(&output) {
         bail!("{}: {NAME}", output.display());
     }
+    ensure_is_one(&args.recording)?;
     let names = args.names.read()?;
     let part = args.part.of(&args.recording)?;
     let mut recording = Recording::open(&args.recording)?;

@@ -14,6 +14,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError};
 use ft_transfer_area::{FirmwareVersion, PORT};
 use ft_transfer_area_simulator::SimulatedTxt;
 
+use super::in_parts::ensure_is_one;
 use super::part::Part;
 use super::survey::Survey;
 use super::whole::say_what_is_damaged;
@@ -55,6 +56,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    ensure_is_one(&args.file)?;
     let survey = Survey::of(&args.file)?;
     if let Some(damage) = &survey.damage {
         say_what_is_damaged(damage, &args.file);
