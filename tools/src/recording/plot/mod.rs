@@ -85,7 +85,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let file = args.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let unusual = tracks.unusual_lines(&clock);
     let output = if let Some(html) = args.html {
-        html::save(tracks, &file, args.title, &html)?;
+        html::save(tracks, &file, args.title, &clock, &html)?;
         html
     } else {
         save(&tracks.picture(&file, args.title, clock)?, &output)?;
