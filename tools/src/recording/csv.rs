@@ -20,8 +20,8 @@ const AFTER_HELP: &str = "\
 One line for each cycle: the time in seconds since the beginning, the number of the cycle, and the
 inputs, counters and motors, E1.I1 for extension 1. Motors are -512 to 512, negative for backwards.
 The last column is date and time of day in this computer's time zone, with its offset from UTC. With
---names, the first line has I1 (gate) in place of I1. A part of it is given by seconds or by times of
-day, as in --from 03:12 --to 03:14:30.
+--names, the first line has I1 (gate) in place of I1. A part of it is given by seconds or by times
+of day, as in --from 03:12 --to 03:14:30.
 
 Example: txt csv run.mcap I1 M1 E1.C1 -o run.csv";
 
