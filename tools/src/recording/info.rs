@@ -127,7 +127,12 @@ fn started(survey: &Survey) -> String {
     let time = &survey.started_at;
     match SystemTime::now().duration_since(SystemTime::UNIX_EPOCH + since_1970) {
         Ok(ago) if ago.as_secs() < 86_400 => {
-            format!("{time}, {} ago", counted(ago.as_secs() / 60, "minute"))
+            let minutes = ago.as_secs() / 60;
+            let ago = match minutes {
+                0..120 => counted(minutes, "minute"),
+                _ => counted(minutes / 60, "hour"),
+            };
+            format!("{time}, {ago} ago")
         }
         _ => time.clone(),
     }
@@ -176,6 +181,14 @@ mod tests {
         assert_eq!(begins[0], "controller   A at 10.0.0.1, firmware 4.7.0");
         assert!(begins[1].ends_with("(6.00 s) on B at 10.0.0.2, firmware 4.7.0"), "{text}");
         assert!(begins[2].ends_with("(7.00 s) on C, firmware 4.7.0"), "{text}");
+    }
+
+    #[test]
+    fn a_beginning_that_is_long_ago_is_told_in_hours() {
+        let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap();
+        let told = [30.0, 3600.0, 5.5 * 3600.0, 25.0 * 3600.0]
+            .map(|ago| started(&Survey { started: now.as_secs_f64() - ago, ..Survey::default() }));
+        assert_eq!(told, [", 0 minutes ago", ", 60 minutes ago", ", 5 hours ago", ""]);
     }
 
     #[test]
