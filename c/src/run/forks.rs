@@ -9,9 +9,11 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How long they may take to end by themselves, and how long killing them is tried.
+/// How long they may take to end by themselves.
 const FAREWELL: Duration = Duration::from_secs(1);
-/// How often is looked at them.
+/// How long killing them is tried. Those that follow one another quickly are found only by chance on a busy computer.
+const KILLING: Duration = Duration::from_secs(5);
+/// How often is looked at them, unless one was new: then others may be, too.
 const LOOK: Duration = Duration::from_millis(5);
 /// None are left when so many looks in a row find none: one look may miss a process that another one has made, which
 /// ends, while it goes through all processes.
@@ -29,9 +31,10 @@ impl Forks {
     /// Ends all processes that are this program, which itself has ended. Returns whether there were any.
     pub(crate) fn end(&self) -> bool {
         let mut had_any = false;
-        for signal in [libc::SIGTERM, libc::SIGKILL] {
+        for (signal, limit) in [(libc::SIGTERM, FAREWELL), (libc::SIGKILL, KILLING)] {
             let (begun, mut has_it, mut empty_looks) = (Instant::now(), HashSet::new(), 0);
-            while begun.elapsed() < FAREWELL {
+            while begun.elapsed() < limit {
+                let known = has_it.len();
                 let mut send = |process| {
                     if has_it.insert(process) {
                         // SAFETY: a call without pointers. One that has just ended needs no signal.
@@ -45,7 +48,9 @@ impl Forks {
                 if empty_looks == EMPTY_LOOKS {
                     return had_any;
                 }
-                thread::sleep(LOOK);
+                if has_it.len() == known {
+                    thread::sleep(LOOK);
+                }
             }
         }
         had_any

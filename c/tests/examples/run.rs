@@ -12,7 +12,7 @@ use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 
 /// Longer than anything takes on a busy machine; only a failing test waits this long.
-pub(crate) const DEADLINE: Duration = Duration::from_secs(300);
+pub(crate) const DEADLINE: Duration = Duration::from_secs(900);
 
 /// What one controller got and answered in one exchange.
 #[derive(Clone)]
