@@ -128,7 +128,8 @@ export class Chart {
     for (const { x, number } of this.marks) {
       const left = this.plot.valToPos(x, "x", true);
       if (left < bbox.left || left > bbox.left + bbox.width) continue;
-      ctx.fillRect(left - ratio / 2, bbox.top, ratio, bbox.height);
+      // On whole pixels, or it is wide and pale.
+      ctx.fillRect(Math.round(left - ratio / 2), bbox.top, Math.max(1, Math.round(ratio)), bbox.height);
       if (!this.isFirst || number === null || left - numbered < NUMBERS * ratio) continue;
       ctx.fillText(number, left, bbox.top - 3 * ratio);
       numbered = left;
