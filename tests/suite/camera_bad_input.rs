@@ -43,6 +43,13 @@ fn stream_with_limit(
     then: impl FnOnce(TcpStream) + Send + 'static,
 ) -> (usize, Option<Error>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    // With large packets and buffers, a million acknowledgements are needed to fill them.
+    #[cfg(unix)]
+    {
+        let socket = socket2::SockRef::from(&listener);
+        socket.set_tcp_mss(536).unwrap();
+        socket.set_recv_buffer_size(4096).unwrap();
+    }
     let port = listener.local_addr().unwrap().port();
     let server = thread::spawn(move || {
         let (mut stream, _) = listener.accept().unwrap();
