@@ -49,6 +49,9 @@ pub(crate) fn run(
     let mut online = Online::new(build)?;
     let mut command = Command::new(&program.path);
     command.args(arguments).env(HOST, target.host()).env(online::VARIABLE, &online.folder);
+    // What the user has set wins.
+    let is_free = |name: &str| env::var_os(name).is_none_or(|value| value.is_empty());
+    command.envs(target.supply().into_iter().filter(|(name, _)| is_free(name)));
     if cfg!(windows) {
         let before = env::var_os("PATH").unwrap_or_default();
         let own = std::iter::once(program.library_folder.clone());
