@@ -60,10 +60,12 @@ pub(crate) fn watch_signals() {
     system::watch();
 }
 
-/// Before a transfer begins: ends it when the program returns from `main` or calls `exit`: before what the program destroys
+/// Ends this transfer when the program returns from `main` or calls `exit`: before what the program destroys
 /// then, such as what its callbacks use. So it does when the program is asked to end, as by Ctrl-C, unless the
 /// program itself does something then. A program that ends otherwise only closes the connection, at which a TXT's
 /// motors may go on.
+///
+/// It is called before the transfer begins, so that none is missed by an end that comes meanwhile.
 pub(crate) fn watch<T: Transfer + 'static>(transfer: &Arc<T>) {
     static REGISTER: Once = Once::new();
     REGISTER.call_once(|| at_exit(end_at_exit));
