@@ -43,7 +43,7 @@ static ENDING: AtomicBool = AtomicBool::new(false);
 
 /// An error when the program is ending.
 pub(crate) fn check_goes_on() -> Result<(), Error> {
-    if ENDING.load(Ordering::Acquire) {
+    if ENDING.load(Ordering::SeqCst) {
         return Err(Error::NotStarted);
     }
     Ok(())
@@ -52,7 +52,7 @@ pub(crate) fn check_goes_on() -> Result<(), Error> {
 /// The program goes on after its transfers have ended.
 #[cfg(unix)]
 fn goes_on() {
-    ENDING.store(false, Ordering::Release);
+    ENDING.store(false, Ordering::SeqCst);
 }
 
 /// From now on the end that a signal asks for is seen, also while a thread of the program is in a call.
@@ -64,6 +64,8 @@ pub(crate) fn watch_signals() {
 /// then, such as what its callbacks use. So it does when the program is asked to end, as by Ctrl-C, unless the
 /// program itself does something then. A program that ends otherwise only closes the connection, at which a TXT's
 /// motors may go on.
+///
+/// It is called before the transfer begins, so that none is missed by an end that comes meanwhile.
 pub(crate) fn watch<T: Transfer + 'static>(transfer: &Arc<T>) {
     static REGISTER: Once = Once::new();
     REGISTER.call_once(|| at_exit(end_at_exit));
@@ -92,7 +94,7 @@ pub(crate) extern "C" fn ft_end_transfers() {
 
 /// Ends all transfers of this process, side by side: one that does not answer does not keep the others moving.
 fn end_all() {
-    ENDING.store(true, Ordering::Release);
+    ENDING.store(true, Ordering::SeqCst);
     let own = std::process::id();
     let Some(watched) = WATCHED.try_lock_for(LOCK_LIMIT) else { return };
     let own = watched.iter().filter(|(process, _)| *process == own);

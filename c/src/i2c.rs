@@ -197,18 +197,20 @@ pub(crate) struct I2cThread {
 }
 
 impl I2cThread {
-    /// Starts the thread, which connects at its first request.
+    /// Starts the thread, which connects at its first request. What goes wrong is said of this host.
     ///
     /// # Errors
     ///
     /// `FTLIB_ERR_FAILED` when the thread could not be started.
     pub(crate) fn start(
+        host: &str,
         connect: impl FnMut() -> Result<I2cClient, Error> + Send + 'static,
     ) -> Result<Self, u32> {
         let (requests, waiting) = mpsc::sync_channel(WAITING);
         let (alive, ended) = mpsc::channel();
         let ending = Arc::new(AtomicBool::new(false));
         let mut worker = Worker {
+            host: host.to_owned(),
             connect,
             client: None,
             reported: Repeated::default(),
@@ -257,6 +259,7 @@ impl Drop for I2cThread {
 }
 
 struct Worker<C> {
+    host: String,
     connect: C,
     client: Option<I2cClient>,
     reported: Repeated,
@@ -273,7 +276,7 @@ impl<C: FnMut() -> Result<I2cClient, Error>> Worker<C> {
             }
             if let Err(error) = &result {
                 if let Some(line) = self.reported.line(&format!("{error:#}"), Instant::now()) {
-                    log::warn!("I2C: {line}");
+                    log::warn!("{}, I2C: {line}", self.host);
                 }
             }
             done(*result.as_ref().unwrap_or(&0), request.status(result.is_ok()));

@@ -118,8 +118,8 @@ fn begin() -> Result<Arc<ProgramSession<FishX1Transfer>>, Error> {
     let mirror = Mirror::on_txt(Arc::clone(&array));
     let session = Arc::new(ProgramSession::over(mirror, array, &settings(), None)?);
     session.set_cycle_call(Some(Box::new(call)));
-    begin_again(&session)?;
     exit::watch(&session);
+    begin_again(&session)?;
     Ok(session)
 }
 
@@ -225,8 +225,8 @@ fn connect_i2c(session: Option<&ProgramSession<FishX1Transfer>>) -> Result<I2c, 
         return Ok(I2c { client: Some(session.handler().i2c()?), alone: None });
     }
     let alone = Arc::new(ProgramSession::new(&settings(), None)?);
-    alone.start()?;
     exit::watch(&alone);
+    alone.start()?;
     Ok(I2c { client: Some(alone.handler().i2c()?), alone: Some(alone) })
 }
 

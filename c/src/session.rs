@@ -173,7 +173,8 @@ impl<A: Area> ProgramSession<A> {
         self.shared.mirror.lock().forget();
     }
 
-    /// Connects, and begins to exchange. Returns after the first response.
+    /// Connects, and begins to exchange. Returns after the first response. Call `exit::watch` before: an end of the
+    /// program does not wait for the begin of a transfer.
     pub(crate) fn start(&self) -> Result<(), Error> {
         let mut thread = self.thread.lock();
         if self.is_running() {
@@ -215,9 +216,10 @@ impl<A: Area> ProgramSession<A> {
         let mut areas = self.shared.handler.areas().wait_cycle()?;
         self.shared.mirror.lock().begin(&areas);
         self.shared.take_in(&areas);
-        self.shared.put_out(&mut areas);
-        drop(areas);
+        // From here on, an end of the program ends this transfer. It may have come before: then no motor turns.
         self.shared.set_status(STATUS_RUN);
+        exit::check_goes_on()?;
+        self.shared.put_out(&mut areas);
         Ok(())
     }
 
@@ -288,7 +290,7 @@ fn join(thread: JoinHandle<()>) {
 
 impl<A: Area> exit::Transfer for ProgramSession<A> {
     fn end(&self) {
-        if matches!(self.shared.status.load(Ordering::Acquire), STATUS_RUN | STATUS_ENDING) {
+        if matches!(self.shared.status.load(Ordering::SeqCst), STATUS_RUN | STATUS_ENDING) {
             // There is nobody left to read it.
             let _ = self.stop();
         }
@@ -332,7 +334,8 @@ impl<A: Area> SessionParts<A> {
 
     fn set_status(&self, status: u8) {
         self.mirror.lock().set_status(seen(status));
-        self.status.store(status, Ordering::Release);
+        // In one order with the flag that the program ends: one of both threads sees what the other one has done.
+        self.status.store(status, Ordering::SeqCst);
     }
 
     fn cycle(&self, area: &TransferAreas) -> Result<ControlFlow<()>, Error> {
@@ -373,7 +376,8 @@ impl<A: Area> SessionParts<A> {
             "this computer was too busy to exchange with the controller for longer"
         };
         log::warn!(
-            "{cause} than {limit:?}; all outputs were off meanwhile, and are on again as the program set them"
+            "{}: {cause} than {limit:?}; all outputs were off meanwhile, and are on again as the program set them",
+            self.host
         );
         self.mirror.lock().go_on(&areas);
         Ok(areas)

@@ -239,7 +239,7 @@ impl TransferAreaComHandler {
     }
 
     pub(crate) fn controller(&self) -> Option<Controller> {
-        self.area.shared().state().controller
+        self.area.shared().state().controller.clone()
     }
 }
 

@@ -47,6 +47,11 @@ impl Settings {
         }
     }
 
+    /// The controller, for the log: a program may have several.
+    pub(crate) fn peer(&self) -> String {
+        format!("{}:{}", self.host, self.port)
+    }
+
     /// The settings, with the controller that was found as the host if that is `auto`.
     pub(crate) fn with_found_host(&self) -> Result<Self, Error> {
         let host = found_host(self.network, &self.host, self.port, self.limits.connect)?;

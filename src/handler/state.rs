@@ -43,10 +43,12 @@ pub(crate) struct State {
 }
 
 /// The controller of a connection.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Controller {
     pub(crate) status: QueryStatusResponse,
     pub(crate) address: Option<IpAddr>,
+    /// For the log.
+    pub(crate) peer: String,
 }
 
 /// The areas that a guard has, and what it shows of them.

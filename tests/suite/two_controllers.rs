@@ -3,7 +3,7 @@
 use std::thread;
 
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
-use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area::{TransferAreaComHandler, TransferAreas};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::support::{handler_for, unpaced, Record, DEADLINE};
@@ -76,4 +76,39 @@ fn in_lock_step_two_controllers_take_turns_in_each_run() {
         }
     }
     handlers.iter().for_each(|handler| handler.end_transfer().unwrap());
+}
+
+/// As in the guide on reliability.
+struct EndsAll(Vec<TransferAreas>);
+
+impl Drop for EndsAll {
+    fn drop(&mut self) {
+        self.0.iter().for_each(TransferAreas::ask_to_end);
+    }
+}
+
+/// Notes whether the first controller has ended when only its own handler is left.
+struct Between<'a>(&'a SimulatedTxt, &'a mut bool);
+
+impl Drop for Between<'_> {
+    fn drop(&mut self) {
+        *self.1 = self.0.wait_until(|machine| !machine.online(), DEADLINE);
+    }
+}
+
+#[test]
+fn no_transfer_waits_for_the_handler_of_another_one_when_all_are_asked_before() {
+    let first = unpaced().start().unwrap();
+    let second = unpaced().start().unwrap();
+    let mut had_ended = false;
+    {
+        let one = handler_for(&first).build().unwrap();
+        let _between = Between(&first, &mut had_ended);
+        let other = handler_for(&second).build().unwrap();
+        let _ends = EndsAll(vec![one.areas().clone(), other.areas().clone()]);
+        one.begin_transfer().unwrap();
+        other.begin_transfer().unwrap();
+        one.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
+    }
+    assert!(had_ended);
 }

@@ -175,3 +175,20 @@ fn ended(done: anyhow::Result<()>) -> ExitCode {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A longer line would be broken, and its last word stand alone.
+    #[test]
+    fn what_follows_the_options_of_a_help_has_lines_that_fit() {
+        let command = Cli::<Tool>::command();
+        for tool in command.get_subcommands() {
+            let after = tool.get_after_help().map(ToString::to_string).unwrap_or_default();
+            for line in after.lines() {
+                assert!(line.chars().count() <= 100, "{}: {line:?}", tool.get_name());
+            }
+        }
+    }
+}

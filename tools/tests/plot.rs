@@ -12,6 +12,7 @@ use ft_transfer_area::{TimeLimits, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Options, Recorder};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
+use serde_json::Value;
 use tempfile::TempDir;
 
 /// Longer than anything takes on a busy machine.
@@ -168,6 +169,42 @@ fn unusual_moments_are_listed_drawn_and_told() {
     let missing = plot(&path, &["C1", "--unusual", "1000"]);
     assert_eq!(missing.status.code(), Some(1));
     assert!(text(&missing.stderr).starts_with("txt info lists unusual moments"), "{missing:?}");
+}
+
+#[test]
+fn a_page_has_the_unusual_moments_of_its_part_and_the_times_of_day() {
+    let (folder, path) = recording();
+    let mut info = Command::new(env!("CARGO_BIN_EXE_txt"));
+    let info = info.args(["info", "--json"]).arg(&path).output().unwrap();
+    let info: Value = serde_json::from_slice(&info.stdout).unwrap();
+    let listed = info["unusual"].as_array().unwrap();
+    let gap = listed.iter().find(|moment| moment["kind"] == "gap").unwrap();
+    let page = |options: &[&str]| {
+        let html = folder.path().join("page.html");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        command.env("TZ", "Europe/Berlin").arg("plot").arg(&path).args(options);
+        let output = command.arg("--html").arg(&html).output().unwrap();
+        assert!(output.status.success(), "{output:?}");
+        let page = fs::read_to_string(html).unwrap();
+        let (_, rest) = page.split_once("type=\"application/json\">").unwrap();
+        serde_json::from_str::<Value>(rest.split_once("</script>").unwrap().0).unwrap()
+    };
+    let whole = page(&[]);
+    let marked = whole["unusual"].as_array().unwrap();
+    assert_eq!(marked.len(), listed.len(), "{whole}");
+    let mark = marked.iter().find(|mark| mark["kind"] == "gap").unwrap();
+    assert_eq!(mark["number"], gap["number"]);
+    let seconds = |value: &Value| value.as_f64().unwrap();
+    assert!((seconds(&mark["at"]) - seconds(&gap["seconds"])).abs() < 0.01, "{mark}");
+    assert!(mark["what"].as_str().unwrap().starts_with("the connection was lost: "), "{mark}");
+    let started = (info["started"].as_f64().unwrap() * 1000.0) as i64;
+    assert!((whole["started"].as_i64().unwrap() - started).abs() <= 1, "{}", whole["started"]);
+    if cfg!(unix) {
+        assert_eq!(whole["zone"], "Europe/Berlin");
+    }
+    let end = format!("{:.3}", seconds(&gap["seconds"]) - 0.01);
+    let before = page(&["--to", &end]);
+    assert!(before["unusual"].as_array().unwrap().iter().all(|mark| mark["kind"] != "gap"));
 }
 
 #[test]

@@ -109,6 +109,22 @@ fn a_recording_in_parts_has_files_that_can_be_read_alone() {
     let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
     assert_eq!((&info["device_name"], &info["transfers"]), (&"TX2013".into(), &1.into()));
     assert_eq!(info["unusual_counts"].get("gap"), None);
+    let all = run(&["info", &path]);
+    let all = String::from_utf8(all.stdout).unwrap();
+    let listed = all.lines().filter_map(|line| line.strip_prefix("file "));
+    let expected: Vec<_> = files.iter().map(|name| in_folder(&folder, name)).collect();
+    assert_eq!(listed.map(str::trim).collect::<Vec<_>>(), expected);
+    let all = run(&["info", "--json", &path]);
+    let all: serde_json::Value = serde_json::from_slice(&all.stdout).unwrap();
+    assert_eq!(all.as_array().unwrap().len(), files.len());
+    assert_eq!(all[0]["file"], *expected[0]);
+    assert_eq!(all[0]["device_name"], "TX2013");
+    for reads in ["plot", "csv", "replay"] {
+        let sentence = format!("{path} is in parts, {} to {newest}: name one of them", expected[0]);
+        let one = run(&[reads, &path]);
+        assert_eq!(one.status.code(), Some(1));
+        assert!(said(&one).starts_with(&sentence), "{}", said(&one));
+    }
     let both = run(&["record", "--simulate", "--parts", "1s", "--force", "-o", &path]);
     assert_eq!(both.status.code(), Some(2), "{}", said(&both));
 }
@@ -393,4 +409,17 @@ fn on_a_full_disk_it_ends_with_a_sentence_and_what_was_written_can_be_read() {
     let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
     assert_eq!(info["is_cut_off"], true);
     assert!(info["cycles"].as_u64() > Some(10), "{info}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_part_that_can_not_begin_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut command = Command::new("sh");
+    command.args(["-c", "ulimit -f 0; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_txt")]);
+    command.args(["record", "--simulate", "slide", "--seconds", "1", "--parts", "1h", "-o"]);
+    let output = command.arg(&path).output().unwrap();
+    assert!(!output.status.success());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }

@@ -110,6 +110,17 @@ fn what_was_started_runs_once_and_ends_by_itself_or_with_the_page() {
     assert!(!is_served(&panel), "the panel has outlived it");
 }
 
+#[test]
+fn what_ends_is_not_opened_again() {
+    let start = Start::at(REFUSES);
+    let first = open(&start, "world", "slide");
+    let id = json(&start.url, "GET", "/state")["running"][0]["id"].clone();
+    assert_eq!(ask(&start.url, "POST", &format!("/end?id={id}")).0, 204);
+    let second = open(&start, "world", "slide");
+    assert_ne!(second, first);
+    assert!(!is_served(&first) && is_served(&second));
+}
+
 /// As when somebody clicks and loads the page again.
 #[test]
 fn what_nobody_waits_for_any_more_runs_once_too() {

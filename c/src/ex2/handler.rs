@@ -93,7 +93,7 @@ impl Ex2 {
     pub(super) fn report(&self, error: &Error) {
         let before = self.reported.lock().replace(error.clone());
         if before.as_ref() != Some(error) {
-            report::failure(error);
+            report::failure(format_args!("{}: {error}", self.host));
         }
     }
 
@@ -137,8 +137,8 @@ impl Ex2 {
         // Before it starts: its first cycle may ask for it.
         *session = Some(Arc::clone(&new));
         drop(session);
-        new.start()?;
         exit::watch(&new);
+        new.start()?;
         *self.reported.lock() = None;
         Ok(())
     }

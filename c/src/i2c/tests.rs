@@ -45,7 +45,7 @@ fn addresses_and_values_have_the_order_of_their_flags() {
 fn thread_for(txt: &SimulatedTxt) -> I2cThread {
     let port = txt.i2c_port();
     let connect = move || I2cClient::connect(format!("127.0.0.1:{port}"), TimeLimits::default());
-    I2cThread::start(connect).unwrap()
+    I2cThread::start("here", connect).unwrap()
 }
 
 /// Where the result of a request comes in.

@@ -93,7 +93,7 @@ impl Kit {
         let mut reported = self.reported.lock();
         let error = result.err();
         if let Some(Failure(sentence)) = error.as_ref().filter(|_| *reported != error) {
-            report::failure(sentence);
+            report::failure(format_args!("{}: {sentence}", self.host));
         }
         *reported = error;
         reported.is_none()

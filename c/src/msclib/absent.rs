@@ -99,9 +99,12 @@ pub(crate) extern "C" fn RoboTxFwUpdate(handle: Handle, file: TextIn, _told: Unu
 pub(crate) extern "C" fn GetRoboTxMemLayout(
     handle: Handle,
     controller: c_int,
-    _array: Out<c_ulong>,
-    _program: Out<c_ulong>,
-    _size: Out<c_ulong>,
+    array: Out<c_ulong>,
+    program: Out<c_ulong>,
+    size: Out<c_ulong>,
 ) -> u32 {
-    with_area(handle, controller, |_, _| Err(FTLIB_ERR_FAILED))
+    with_area(handle, controller, |_, _| {
+        [array, program, size].into_iter().try_for_each(Out::check)?;
+        Err(FTLIB_ERR_FAILED)
+    })
 }

@@ -111,8 +111,8 @@ impl Device {
 
     /// Begins the transfer, and returns after the first response.
     pub(super) fn start(self: &Arc<Self>) -> Result<(), u32> {
-        let started = self.session.start();
         exit::watch(self);
+        let started = self.session.start();
         if !self.is_open() {
             // Closed meanwhile, perhaps before the transfer began.
             let _ = self.session.stop();
@@ -152,7 +152,7 @@ impl Device {
                 let device = Arc::downgrade(self);
                 let gone = || ft_transfer_area::Error::NotStarted;
                 let connect = move || device.upgrade().ok_or_else(gone)?.session.handler().i2c();
-                none.insert(I2cThread::start(connect)?)
+                none.insert(I2cThread::start(&self.host, connect)?)
             }
         };
         thread.request(request, done)

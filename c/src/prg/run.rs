@@ -95,7 +95,7 @@ impl Program {
         let array = Arc::new(AreaArray::new());
         write_program_parts(&array);
         let for_i2c = Arc::clone(&handler);
-        let i2c = I2cThread::start(move || for_i2c.i2c()).map_err(|_| "no thread for I2C")?;
+        let i2c = I2cThread::start(host, move || for_i2c.i2c()).map_err(|_| "no thread for I2C")?;
         let system = Arc::new(System {
             array: Arc::clone(&array),
             display: Display::new(&name)?,

@@ -49,6 +49,9 @@ pub(crate) fn run(
     let mut online = Online::new(build)?;
     let mut command = Command::new(&program.path);
     command.args(arguments).env(HOST, target.host()).env(online::VARIABLE, &online.folder);
+    // What the user has set wins.
+    let is_free = |name: &str| env::var_os(name).is_none_or(|value| value.is_empty());
+    command.envs(target.supply().into_iter().filter(|(name, _)| is_free(name)));
     if cfg!(windows) {
         let before = env::var_os("PATH").unwrap_or_default();
         let own = std::iter::once(program.library_folder.clone());
@@ -127,11 +130,14 @@ fn stop_left(online: &mut Online, target: &Target) -> Vec<String> {
         .collect()
 }
 
-fn words_of_stop(stopped: Result<(), Error>) -> String {
+/// A program may have several controllers.
+fn words_of_stop((host, stopped): (String, Result<(), Error>)) -> String {
     match stopped {
-        Ok(()) => "it could send no last exchange, so tx_run has sent it: all outputs are off".into(),
+        Ok(()) => format!(
+            "it could send no last exchange to {host}, so tx_run has sent it: all outputs are off"
+        ),
         Err(error) => format!(
-            "it could send no last exchange, and tx_run could not either, so motors may go on: {error:#}"
+            "it could send no last exchange to {host}, and tx_run could not either, so motors may go on: {error:#}"
         ),
     }
 }

@@ -6,6 +6,7 @@ use std::fs::{self, File};
 use std::io;
 use std::mem;
 use std::path::{self, Path, PathBuf};
+use std::thread;
 
 use ft_transfer_area::Error;
 
@@ -54,23 +55,19 @@ impl Online {
         self.left().values().any(|left| left == host)
     }
 
-    /// Sends a last exchange to each controller that was left, except to this one. They are left no more then. One that
-    /// could not be stopped is tried again by the next call: what the program has made by `fork` may have ended by then,
-    /// with which the controller was online.
-    pub(crate) fn stop_left(&mut self, but: Option<&str>) -> Vec<Result<(), Error>> {
+    /// Sends a last exchange to each controller that was left, except to this one, and returns how that went, by their
+    /// hosts. They are left no more then. One that could not be stopped is tried again by the next call: what the
+    /// program has made by `fork` may have ended by then, with which the controller was online.
+    pub(crate) fn stop_left(&mut self, but: Option<&str>) -> Vec<(String, Result<(), Error>)> {
         let left = self.left();
         left.keys().for_each(|file| _ = fs::remove_file(file));
         let hosts: BTreeSet<String> =
             left.into_values().chain(mem::take(&mut self.failed)).collect();
         let hosts = hosts.into_iter().filter(|host| Some(host.as_str()) != but);
-        let stop_or_keep = |host: String| {
-            let stopped = stop::stop(&host);
-            if stopped.is_err() {
-                self.failed.insert(host);
-            }
-            stopped
-        };
-        hosts.map(stop_or_keep).collect()
+        let stopped = side_by_side(hosts.collect(), stop::stop);
+        let failed = stopped.iter().filter(|(_, stopped)| stopped.is_err());
+        self.failed.extend(failed.map(|(host, _)| host.clone()));
+        stopped
     }
 
     /// Whether transfers are left that no process has any more: the program has ended, or has become another one.
@@ -99,6 +96,26 @@ impl Online {
     }
 }
 
+/// Stops all of these at once: one that does not answer does not keep the others moving.
+fn side_by_side<T: Send>(hosts: Vec<String>, stop: impl Fn(&str) -> T + Sync) -> Vec<(String, T)> {
+    let stop = &stop;
+    thread::scope(|scope| {
+        let begin = |host: String| {
+            let own = host.clone();
+            let begun = thread::Builder::new().spawn_scoped(scope, move || stop(&own));
+            // Without a thread for it, it is stopped last.
+            (host, begun)
+        };
+        let begun: Vec<_> = hosts.into_iter().map(begin).collect();
+        let end = |(host, begun): (String, io::Result<thread::ScopedJoinHandle<'_, T>>)| {
+            let ended = begun.ok().and_then(|thread| thread.join().ok());
+            let result = ended.unwrap_or_else(|| stop(&host));
+            (host, result)
+        };
+        begun.into_iter().map(end).collect()
+    })
+}
+
 /// The host in a note; `None` for other files. A link needs no room on a disk that is full.
 #[cfg(unix)]
 fn host_in(note: &Path) -> Option<String> {
@@ -113,7 +130,26 @@ fn host_in(note: &Path) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::time::{Duration, Instant};
+
     use super::*;
+
+    #[test]
+    fn one_controller_that_does_not_answer_does_not_keep_another_one_moving() {
+        let begun = AtomicUsize::new(0);
+        let deadline = Instant::now() + Duration::from_secs(30);
+        let waits_for_the_other = |_: &str| {
+            begun.fetch_add(1, Ordering::Relaxed);
+            while begun.load(Ordering::Relaxed) < 2 && Instant::now() < deadline {
+                thread::sleep(Duration::from_millis(1));
+            }
+            Instant::now() < deadline
+        };
+        let hosts = ["10.0.0.7", "10.0.0.8"].map(str::to_owned).to_vec();
+        let stopped = side_by_side(hosts.clone(), waits_for_the_other);
+        assert_eq!(stopped, hosts.into_iter().map(|host| (host, true)).collect::<Vec<_>>());
+    }
 
     #[test]
     fn what_has_begun_and_not_ended_is_left() {

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use ft_transfer_area::controller_address;
-use ft_transfer_area_simulator::world::{Factory, World};
+use ft_transfer_area_simulator::world::{Factory, Supply, World};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::options::Options;
@@ -21,11 +21,13 @@ pub(crate) enum Target {
     Simulated {
         txt: SimulatedTxt,
         world: String,
+        supply: Supply,
     },
     /// The same in another process, with a page.
     Shown {
         txt: Shown,
         world: String,
+        supply: Supply,
     },
 }
 
@@ -35,16 +37,33 @@ impl Target {
             return Ok(Self::Host(found(host)?));
         }
         let name = options.world.as_deref().unwrap_or(OsStr::new("default"));
-        if options.show {
-            let txt = Shown::start(name)?;
-            return Ok(Self::Shown { txt, world: name.to_string_lossy().into_owned() });
+        let shown = options.show.then(|| Shown::start(name)).transpose()?;
+        let read = read_world(name)?;
+        let supply = read.as_ref().map(|world| world.supply).unwrap_or_default();
+        let world = name.to_string_lossy().into_owned();
+        if let Some(txt) = shown {
+            return Ok(Self::Shown { txt, world, supply });
         }
         let builder = SimulatedTxt::builder();
-        let builder = match read_world(name)? {
+        let builder = match read {
             Some(world) => builder.world(world),
             None => builder,
         };
-        Ok(Self::Simulated { txt: builder.start()?, world: name.to_string_lossy().into_owned() })
+        Ok(Self::Simulated { txt: builder.start()?, world, supply })
+    }
+
+    /// What a program on the TXT itself reads of its supply, as environment variables.
+    pub(crate) fn supply(&self) -> Vec<(&'static str, String)> {
+        let supply = match self {
+            Self::Host(_) => return Vec::new(),
+            Self::Simulated { supply, .. } | Self::Shown { supply, .. } => supply,
+        };
+        let values = [
+            ("FT_TXT_POWER", supply.power),
+            ("FT_TXT_TEMPERATURE", supply.temperature),
+            ("FT_TXT_REFERENCE", supply.reference),
+        ];
+        values.into_iter().map(|(name, value)| (name, value.to_string())).collect()
     }
 
     /// As `FT_TXT_HOST` names it.
@@ -60,10 +79,10 @@ impl Target {
     pub(crate) fn describe(&self) -> String {
         match self {
             Self::Host(host) => format!("the TXT at {host}"),
-            Self::Simulated { txt, world } => {
+            Self::Simulated { txt, world, .. } => {
                 format!("a simulated TXT at {} with the world {world}", txt.address())
             }
-            Self::Shown { txt, world } => {
+            Self::Shown { txt, world, .. } => {
                 format!("a simulated TXT at {} with the world {world}", txt.address)
             }
         }

@@ -87,6 +87,25 @@ fn a_crash_stops_the_motors_first() {
     }
 }
 
+/// The end of the program takes as long as the first controller does, so the second one answers meanwhile.
+#[test]
+fn a_transfer_that_begins_while_the_program_ends_turns_no_motor() {
+    let source = include_str!("programs/late.cpp");
+    let Some(program) = compile("", "c++11", source, "late") else { return };
+    let with = |fault: &str| simulated().fault(fault.parse().unwrap()).start().unwrap();
+    let first = with("delay:700@exchange:each");
+    let late = with("delay:300@exchange:0");
+    let host = late.address().to_string();
+    let mut running = Running::with(&program, &first, &[&first.address().to_string(), &host]);
+    running.expect("begins");
+    wait_until(&late, "StartOnline", |machine| machine.online());
+    running.signal(libc::SIGTERM);
+    let ended = running.end();
+    assert_eq!(ended.signal, Some(libc::SIGTERM), "{}", ended.err);
+    wait_until(&late, "the end of the connection", |machine| !machine.online());
+    late.with_machine(|machine| assert_eq!(machine.controllers[0].outputs.duty, [0; 8]));
+}
+
 #[cfg(target_env = "gnu")]
 #[test]
 fn quick_exit_stops_the_motors() {

@@ -178,5 +178,6 @@ fn failures_are_codes_with_the_reason_on_the_standard_error() {
     running.expect("ended");
     let ended = running.end();
     ended.well();
-    assert!(ended.err.contains("the transfer has ended"), "{}", ended.err);
+    let ends = format!("the transfer with {} has ended", txt.address());
+    assert!(ended.err.contains(&ends), "{}", ended.err);
 }

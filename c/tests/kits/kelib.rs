@@ -410,5 +410,6 @@ fn a_controller_that_goes_away_ends_the_transfer() {
     running.expect("ended");
     let ended = running.end();
     ended.well();
-    assert!(ended.err.contains("the transfer has ended"), "{}", ended.err);
+    let ends = format!("the transfer with {} has ended", txt.address());
+    assert!(ended.err.contains(&ends), "{}", ended.err);
 }

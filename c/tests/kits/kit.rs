@@ -147,7 +147,8 @@ fn failures_are_false_with_the_reason_on_the_standard_error() {
     let ended = Running::start(program, "127.0.0.1:1", &[]).end();
     assert_eq!((ended.code, ended.out.as_str()), (Some(7), "not begun\n"));
     let reasons: Vec<_> = ended.err.lines().collect();
-    assert!(reasons[0].contains("call BeginTransfer first"), "{reasons:?}");
+    let who = "127.0.0.1:1: no transfer is running; call BeginTransfer first";
+    assert!(reasons[0].ends_with(who), "{reasons:?}");
     assert!(reasons[1].contains("127.0.0.1:1"), "{reasons:?}");
     assert_eq!(reasons.len(), 2, "{reasons:?}");
 

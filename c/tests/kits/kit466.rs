@@ -125,5 +125,6 @@ fn a_controller_that_is_not_there_or_goes_away_is_told() {
     running.expect("ended");
     let ended = running.end();
     ended.well();
-    assert!(ended.err.contains("ft-transfer-area: "), "{}", ended.err);
+    let who = format!("ft-transfer-area: {}: ", txt.address());
+    assert!(ended.err.contains(&who), "{}", ended.err);
 }

@@ -118,6 +118,7 @@ fn what_a_txt_online_has_not_got_is_an_error() {
     let mut layout = [7; 3];
     let [a, b, c] = &mut layout;
     assert_eq!(GetRoboTxMemLayout(it, 0, a, b, c), FAILED);
+    assert_eq!(GetRoboTxMemLayout(it, 0, a, null_mut(), c), INVALID_PARAM);
     assert_eq!(layout, [7; 3]);
     assert_eq!(FtRemoteCmd(null_mut(), write, None), UNKNOWN_DEVICE_HANDLE);
 }

@@ -59,7 +59,8 @@ fn an_error_of_i2c_is_not_said_again_and_again() {
     let txt = txt().start().unwrap();
     let ended = run_on(&txt, "i2c_missing.c", "").end();
     ended.well();
-    assert_eq!(ended.err.matches("I2C: ").count(), 1, "{}", ended.err);
+    let who = format!("{}, I2C: ", txt.address());
+    assert_eq!(ended.err.matches(&who).count(), 1, "{}", ended.err);
     // Nor by the simulated TXT in its place.
     let mut command = tx_run(&["--world", "none"]);
     let ended = Run::start(command.arg(program("i2c_missing.c")).env_remove("RUST_LOG")).end();

@@ -123,6 +123,35 @@ fn a_program_for_the_txt_itself_runs() {
     );
 }
 
+#[test]
+fn a_world_has_the_supply_that_a_program_for_the_txt_reads() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    write(
+        folder.path(),
+        "main.cpp",
+        "#include <stdio.h>\n#include \"KeLibTxtDl.h\"\n#include \"FtShmem.h\"\n\
+         unsigned int DebugFlags;\nFILE *DebugFile;\n\
+         int main(void) {\nif (StartTxtDownloadProg() != KELIB_ERROR_NONE) return 1;\n\
+         const auto &now = GetKeLibTransferAreaMainAddress()->sTxtInputs;\n\
+         printf(\"%d %d %d\", now.u16TxtPower, now.u16TxtTemp, now.u16TxtRef);\n\
+         StopTxtDownloadProg();\nreturn 0;\n}\n",
+    );
+    write(folder.path(), "empty.toml", "[supply]\npower = 6500\nreference = 3200\n");
+    let run = |world: &str, power: &str| {
+        let mut command = tx_run(&["main.cpp", "--world", world]);
+        let command = command.current_dir(folder.path()).env("FT_TXT_POWER", power);
+        let ended = Run::start(command).end();
+        ended.well();
+        ended.out
+    };
+    assert_eq!(run("empty.toml", ""), "6500 40 3200");
+    assert_eq!(run("empty.toml", "7000"), "7000 40 3200", "who runs it decides");
+    assert_eq!(run("default", ""), "8400 40 3300");
+}
+
 /// Its compiler was g++, which takes `.c` for C++.
 #[test]
 fn a_program_for_the_txt_may_be_cpp_in_files_named_c() {

@@ -67,6 +67,7 @@ impl World {
         at("remotes", remote::check_settings(&self.remotes))?;
         each("i2c", &self.i2c, I2cDevice::check)?;
         at("i2c", i2c_device::check_addresses(&self.i2c))?;
+        at("supply", self.supply.check())?;
         at("script", self.script.check(self, &set))
     }
 

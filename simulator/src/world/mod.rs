@@ -90,6 +90,7 @@ mod shaft;
 mod shipped;
 mod slide;
 mod state;
+mod supply;
 
 pub use belt::{Belt, Ejector};
 pub use board::Board;
@@ -111,6 +112,7 @@ pub use script::{Script, ScriptAction, ScriptEvent};
 pub use sensor::{Contact, Sensor, SensorValue};
 pub use slide::{AxisSwitch, SeenBy, Slide, Travel};
 pub use state::WorldState;
+pub use supply::Supply;
 use toml::de::DeTable;
 
 /// What is plugged in where, at the start.
@@ -139,6 +141,8 @@ pub struct World {
     pub ejectors: Vec<Ejector>,
     /// What carries workpieces from place to place, with different names.
     pub grippers: Vec<Gripper>,
+    /// What the master measures of itself.
+    pub supply: Supply,
 }
 
 impl Default for World {
@@ -185,6 +189,7 @@ impl World {
             places: Vec::new(),
             ejectors: Vec::new(),
             grippers: Vec::new(),
+            supply: Supply::default(),
         }
     }
 
@@ -236,6 +241,12 @@ impl World {
         self
     }
 
+    /// Sets what the master measures of itself.
+    pub fn supply(mut self, supply: Supply) -> Self {
+        self.supply = supply;
+        self
+    }
+
     /// What is plugged into the controller with this index (0 the master).
     fn board(&self, controller: usize) -> Option<&Board> {
         match controller.checked_sub(1) {
@@ -263,8 +274,17 @@ impl World {
     }
 
     /// The keys of a world.
-    const KEYS: [&'static str; 8] =
-        ["master", "extensions", "script", "remotes", "i2c", "places", "ejectors", "grippers"];
+    const KEYS: [&'static str; 9] = [
+        "master",
+        "extensions",
+        "script",
+        "remotes",
+        "i2c",
+        "places",
+        "ejectors",
+        "grippers",
+        "supply",
+    ];
 
     fn read_keys(keys: &Keys<'_, '_>) -> Read<Self> {
         Ok(Self {
@@ -276,6 +296,7 @@ impl World {
             places: keys.or("places", Vec::new(), list(PLACES, Place::read))?,
             ejectors: keys.or("ejectors", Vec::new(), list(EJECTORS, Ejector::read))?,
             grippers: keys.or("grippers", Vec::new(), list(GRIPPERS, Gripper::read))?,
+            supply: keys.or("supply", Supply::default(), Supply::read)?,
         })
     }
 }

@@ -14,7 +14,6 @@ use crate::handler::sync::{now, MutexGuard};
 use crate::handler::transfer::handshake::Link;
 use crate::handler::transfer::side::Delivery;
 use crate::handler::transfer::TxtClient;
-use crate::notices::notice;
 use crate::wire::StartCameraOnline;
 
 /// How often to look in lock-step whether the camera's stream is ready.
@@ -208,7 +207,6 @@ impl<'a> Cycle<'a> {
 
     /// Tells the program that the connection is lost, stops the motors if it still works, and closes it.
     pub(crate) fn lose(&mut self, error: &Error) {
-        notice!(Warn, "the connection is lost and is being re-established: {error:#}");
         self.shared.lose_connection(error, &mut self.areas);
         self.abandon();
     }

@@ -33,7 +33,7 @@ pub(crate) fn begin(settings: &Settings, shared: &Shared) -> Result<(Link, u64),
         Err(error @ Error::ConnectionClosed { command: "StartOnline", received: 0 }) => error,
         result => return result,
     };
-    notice!(Warn, "{closed}; it is tried again for {limit:?}");
+    notice!(Warn, "{}: {closed}; it is tried again for {limit:?}", settings.peer());
     let deadline = now() + limit;
     loop {
         shared.wait_for_stop(now() + RESTART_PAUSE);
@@ -45,7 +45,7 @@ pub(crate) fn begin(settings: &Settings, shared: &Shared) -> Result<(Link, u64),
         match connect(settings, rest.max(RESTART_PAUSE), shared) {
             Err(error @ Error::FirmwareTooOld { .. }) => return Err(error),
             Err(_) if rest.is_zero() => return Err(closed),
-            Err(error) => notice!(Debug, "not connected yet: {error:#}"),
+            Err(error) => notice!(Debug, "not connected to {} yet: {error:#}", settings.peer()),
             connected => return connected,
         }
     }
@@ -66,12 +66,12 @@ pub(crate) fn connect(
     let mut client = TxtClient::connect_within(*network, host, *port, limits)?;
     let address = client.address();
     let status = client.query_status()?;
-    shared.state().controller = Some(Controller { status, address });
+    shared.state().controller = Some(Controller { status, address, peer: settings.peer() });
     let (version, required) = (status.version, FirmwareVersion::OLDEST_SUPPORTED);
     if version < required {
         return Err(Error::FirmwareTooOld { found: version, required });
     }
-    notice!(Info, "{} with firmware {version} at {host}:{port}", status.name());
+    notice!(Info, "{} with firmware {version} at {}", status.name(), settings.peer());
     client.set_i2c_access(I2cAccess {
         line: shared.i2c.clone(),
         port: *i2c_port,

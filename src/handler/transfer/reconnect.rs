@@ -28,7 +28,8 @@ impl TransferThread<'_> {
             let rest = limit.saturating_sub(now() - begin);
             match self.attempt(rest) {
                 Ok(Some(delivered)) => {
-                    notice!(Info, "connected again after {:?}", now() - begin);
+                    let peer = self.settings.peer();
+                    notice!(Info, "connected to {peer} again after {:?}", now() - begin);
                     self.shared.resume(lost_at);
                     return Ok(Some(delivered));
                 }
@@ -38,7 +39,10 @@ impl TransferThread<'_> {
                 Err(error) if now() - begin >= limit => {
                     return Err(Error::ReconnectFailed { limit, cause: Box::new(error) });
                 }
-                Err(error) => notice!(Debug, "not connected again yet: {error:#}"),
+                Err(error) => {
+                    let peer = self.settings.peer();
+                    notice!(Debug, "not connected to {peer} again yet: {error:#}");
+                }
             }
             let rest = limit.saturating_sub(now() - begin);
             self.shared.wait_for_stop(now() + pause.min(rest));
@@ -61,7 +65,7 @@ impl TransferThread<'_> {
             return Ok(None);
         }
         let Settings { network, camera_port, .. } = self.settings;
-        let host = self.shared.state().controller.and_then(|controller| controller.address);
+        let host = self.shared.state().controller.as_ref().and_then(|it| it.address);
         let camera = host.map(|host| Endpoint::at(network, host, camera_port));
         let delivered = match self.cycle.go_on_with(link, camera) {
             Ok(delivered) => delivered,

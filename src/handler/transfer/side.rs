@@ -147,10 +147,12 @@ impl Shared {
         let expired = state.check_watchdog(|ticket| self.wake(ticket));
         let stop = self.take_outputs(&mut state, areas);
         let event = expired.map(|limit| state.happens_now(Event::WatchdogExpired { limit }));
+        let peer = expired.and(state.controller.as_ref()).map(|it| format!("{}: ", it.peer));
         let held = state.guard_to_warn_of(GUARD_IS_LONG, expired.is_some());
         drop(state);
         if let (Some(limit), Some(event)) = (expired, event) {
-            notice!(Warn, "{}", Error::WatchdogExpired { limit });
+            let peer = peer.unwrap_or_default();
+            notice!(Warn, "{peer}{}", Error::WatchdogExpired { limit });
             self.listeners.lock().send_all(&event);
         }
         if let Some(held) = held {

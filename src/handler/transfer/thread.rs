@@ -52,9 +52,10 @@ impl<'a> TransferThread<'a> {
         }
         drop(self.cycle);
         self.shared.finish(result.clone().err());
+        let peer = self.settings.peer();
         match result {
-            Ok(()) => notice!(Info, "the transfer has ended"),
-            Err(error) => notice!(Error, "the transfer has ended: {error:#}"),
+            Ok(()) => notice!(Info, "the transfer with {peer} has ended"),
+            Err(error) => notice!(Error, "the transfer with {peer} has ended: {error:#}"),
         }
     }
 
@@ -74,6 +75,8 @@ impl<'a> TransferThread<'a> {
     fn reconnect_after(&mut self, error: Error) -> Result<Option<Stop>, Error> {
         let limit = self.settings.reconnect.filter(|_| error.origin() != Origin::Other);
         let Some(limit) = limit else { return Err(error) };
+        let peer = self.settings.peer();
+        notice!(Warn, "the connection to {peer} is lost and is being re-established: {error:#}");
         self.cycle.lose(&error);
         self.connected = false;
         let Some(delivered) = self.reconnect(limit)? else { return Ok(self.shared.stop()) };

@@ -1,6 +1,6 @@
 //! The file into which a recording goes now.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -33,10 +33,12 @@ impl Target {
                 (path, file)
             }
         };
-        let writer = match within {
-            Some((since, under_way)) => Writer::within(file, since, &under_way)?,
-            None => Writer::new(file)?,
+        let begun = match within {
+            Some((since, under_way)) => Writer::within(file, since, &under_way),
+            None => Writer::new(file),
         };
+        // A single file was perhaps there before.
+        let writer = begun.inspect_err(|_| files.iter().for_each(|_| discard(&newest)))?;
         Ok(Self { writer, newest, files })
     }
 
@@ -51,7 +53,7 @@ impl Target {
             return Ok(false);
         };
         let (path, file) = files.make()?;
-        let next = self.writer.next_part(file, at)?;
+        let next = self.writer.next_part(file, at).inspect_err(|_| discard(&path))?;
         let full = std::mem::replace(&mut self.newest, path);
         let bytes = std::mem::replace(&mut self.writer, next).finish()?;
         files.done(full, bytes);
@@ -65,4 +67,10 @@ impl Target {
             files.delete_oldest(self.writer.bytes());
         }
     }
+}
+
+/// Removes a new file without a beginning, as on a full disk: nothing of it can be read.
+fn discard(file: &Path) {
+    // The first error says more.
+    let _ = fs::remove_file(file);
 }

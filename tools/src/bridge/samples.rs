@@ -145,3 +145,13 @@ fn the_flow_finds_controllers_by_their_state_and_drives_none_at_first() {
     assert!(page.find(r#"group("Inputs")"#) < page.find(r#"group("Outputs")"#));
     assert!(page.contains(r#"content="dark light""#));
 }
+
+/// Other programs may use the broker, and publish as much as they like behind a controller's name.
+#[test]
+fn the_flow_keeps_only_what_its_page_shows() {
+    let flow: Vec<Value> = serde_json::from_str(FLOW).unwrap();
+    let newest = flow.iter().find(|node| text(node, "name") == "newest values").unwrap();
+    let (filter, keeps) = text(newest, "func").split_once("return null;").unwrap();
+    assert!(filter.contains(".test(topic)") && filter.contains("text.length > "), "{filter}");
+    assert!(keeps.contains("[topic]: payload") && !filter.contains("[topic]"), "{keeps}");
+}

@@ -31,6 +31,16 @@ impl Clock {
         Self { started: Timestamp::try_from(started).unwrap_or_default(), zone }
     }
 
+    /// The beginning, in milliseconds since 1970.
+    pub(super) fn started(&self) -> i64 {
+        self.started.as_millisecond()
+    }
+
+    /// The time zone as a browser knows it, such as "Europe/Berlin"; not every zone has such a name.
+    pub(super) fn zone(&self) -> Option<&str> {
+        self.zone.iana_name()
+    }
+
     fn zoned(&self, at: Duration) -> Zoned {
         let time = self.started.checked_add(at).unwrap_or(Timestamp::MAX);
         time.to_zoned(self.zone.clone())

@@ -10,6 +10,7 @@ use anyhow::Context;
 use ft_transfer_area_recorder::{Column, Recorded, Recording};
 
 use super::clock::Clock;
+use super::in_parts::ensure_is_one;
 use super::part::Part;
 use super::survey::{progress, Survey};
 use super::whole::say_what_is_missing;
@@ -19,8 +20,8 @@ const AFTER_HELP: &str = "\
 One line for each cycle: the time in seconds since the beginning, the number of the cycle, and the
 inputs, counters and motors, E1.I1 for extension 1. Motors are -512 to 512, negative for backwards.
 The last column is date and time of day in this computer's time zone, with its offset from UTC. With
---names, the first line has I1 (gate) in place of I1. A part of it is given by seconds or by times of
-day, as in --from 03:12 --to 03:14:30.
+--names, the first line has I1 (gate) in place of I1. A part of it is given by seconds or by times
+of day, as in --from 03:12 --to 03:14:30.
 
 Example: txt csv run.mcap I1 M1 E1.C1 -o run.csv";
 
@@ -42,6 +43,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    ensure_is_one(&args.file)?;
     let names = args.names.read()?;
     let columns = if args.columns.is_empty() {
         Column::of_areas(1 + Survey::of(&args.file)?.extensions)

@@ -1,6 +1,11 @@
-//! Options for a recording in several files.
+//! A recording in several files: its options, and which files it has.
 
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
+
+use anyhow::bail;
 
 use ft_transfer_area_recorder::{Options, Parts};
 
@@ -31,6 +36,43 @@ impl InParts {
             (None, _) => options,
         }
     }
+}
+
+/// The files of the recording that was made with this name: itself, or its parts in their order.
+pub(super) fn files_of(path: &Path) -> Vec<PathBuf> {
+    let parts = parts_of(path);
+    if path.exists() || parts.is_empty() {
+        return vec![path.to_owned()];
+    }
+    parts
+}
+
+/// Tells who names a recording in parts, where one file is read, what the names of its files are.
+pub(super) fn ensure_is_one(path: &Path) -> anyhow::Result<()> {
+    let files = files_of(path);
+    match (files.first(), files.last()) {
+        (Some(first), Some(last)) if first != path => {
+            let [all, first, last] = [path, first, last].map(|path| path.display());
+            bail!("{all} is in parts, {first} to {last}: name one of them; txt info {all} lists what is in each")
+        }
+        _ => Ok(()),
+    }
+}
+
+fn parts_of(path: &Path) -> Vec<PathBuf> {
+    let [stem, end] = [path.file_stem(), path.extension()].map(|part| part.and_then(OsStr::to_str));
+    let (Some(stem), Some(end)) = (stem, end) else { return Vec::new() };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let entries = fs::read_dir(folder.unwrap_or(Path::new("."))).into_iter().flatten().flatten();
+    let number = |name: &str| -> Option<u64> {
+        let digits = name.strip_prefix(stem)?.strip_prefix('-')?;
+        let digits = digits.strip_suffix(end)?.strip_suffix('.')?;
+        digits.parse().ok().filter(|_| digits.len() >= 4)
+    };
+    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+    let mut numbered: Vec<_> = names.filter_map(|name| Some((number(&name)?, name))).collect();
+    numbered.sort_unstable();
+    numbered.into_iter().map(|(_, name)| path.with_file_name(name)).collect()
 }
 
 /// A number with one of these units.

@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
+use serde::Serialize;
+
+use super::in_parts;
 use super::survey::{Listed, Survey};
 use crate::print;
 
@@ -15,6 +18,8 @@ the watchdog, blocked motors (if the program has set a limit), inputs that get o
 counters, long cycles, late reactions, and what is not recorded. The first 10 moments of each kind
 are listed; txt plot FILE --unusual NUMBER draws one. Times of day are those of this computer's time
 zone. A file that is cut off is read up to there; damaged parts are left out, and a line says so.
+
+Of a recording in parts, its name without a number means all of them, one after the other.
 
 Example: txt info run.mcap";
 
@@ -30,12 +35,37 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
-    let survey = Survey::of(&args.file)?;
-    if args.json {
-        print::line(print::json(&survey)?)
-    } else {
-        print::line(text(&survey).trim_end())
+    match &in_parts::files_of(&args.file)[..] {
+        [file] => show(&Survey::of(file)?, args.json),
+        parts if args.json => {
+            let parts = parts.iter().map(|file| {
+                Ok(Part { file: file.display().to_string(), survey: Survey::of(file)? })
+            });
+            let parts: anyhow::Result<Vec<_>> = parts.collect();
+            print::line(print::json(&parts?)?)
+        }
+        parts => parts.iter().try_for_each(|file| {
+            print::line(format_args!("{:12} {}", "file", file.display()))?;
+            show(&Survey::of(file)?, false)?;
+            print::line("")
+        }),
     }
+}
+
+fn show(survey: &Survey, json: bool) -> anyhow::Result<()> {
+    if json {
+        print::line(print::json(survey)?)
+    } else {
+        print::line(text(survey).trim_end())
+    }
+}
+
+/// One file of a recording in parts.
+#[derive(Serialize)]
+struct Part {
+    file: String,
+    #[serde(flatten)]
+    survey: Survey,
 }
 
 fn text(survey: &Survey) -> String {
@@ -97,7 +127,12 @@ fn started(survey: &Survey) -> String {
     let time = &survey.started_at;
     match SystemTime::now().duration_since(SystemTime::UNIX_EPOCH + since_1970) {
         Ok(ago) if ago.as_secs() < 86_400 => {
-            format!("{time}, {} ago", counted(ago.as_secs() / 60, "minute"))
+            let minutes = ago.as_secs() / 60;
+            let ago = match minutes {
+                0..120 => counted(minutes, "minute"),
+                _ => counted(minutes / 60, "hour"),
+            };
+            format!("{time}, {ago} ago")
         }
         _ => time.clone(),
     }
@@ -146,6 +181,14 @@ mod tests {
         assert_eq!(begins[0], "controller   A at 10.0.0.1, firmware 4.7.0");
         assert!(begins[1].ends_with("(6.00 s) on B at 10.0.0.2, firmware 4.7.0"), "{text}");
         assert!(begins[2].ends_with("(7.00 s) on C, firmware 4.7.0"), "{text}");
+    }
+
+    #[test]
+    fn a_beginning_that_is_long_ago_is_told_in_hours() {
+        let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap();
+        let told = [30.0, 3600.0, 5.5 * 3600.0, 25.0 * 3600.0]
+            .map(|ago| started(&Survey { started: now.as_secs_f64() - ago, ..Survey::default() }));
+        assert_eq!(told, [", 0 minutes ago", ", 60 minutes ago", ", 5 hours ago", ""]);
     }
 
     #[test]

@@ -211,6 +211,11 @@ impl Trouble {
         Self { code: code(error), text: format!("{error:#}") }
     }
 
+    /// Somebody has removed the file, or given it another name.
+    fn of_removed(path: &Path) -> Self {
+        Self { code: "record_gone", text: format!("{} is not there any more", path.display()) }
+    }
+
     /// At the beginning there is no file yet.
     fn at_beginning(error: &Error) -> Self {
         let text = match error {
@@ -356,13 +361,17 @@ fn record(follow: Follow, stopped: &Receiver<()>, shown: &Shown) -> Result<(), T
     shown.lock().frames = Some(recorder.frames());
     loop {
         shown.take(&recorder, &path);
-        let goes_on = recorder.error().is_none();
+        // What is written into a file without a name is lost at its end.
+        let goes_on = recorder.error().is_none() && path.exists();
         if !goes_on || stopped.recv_timeout(SIZE) != Err(RecvTimeoutError::Timeout) {
             break;
         }
     }
     shown.stop();
     let totals = recorder.finish().map_err(|error| Trouble::of(&error))?;
+    if !path.exists() {
+        return Err(Trouble::of_removed(&path));
+    }
     // With the index.
     shown.lock().bytes = totals.bytes;
     Ok(())

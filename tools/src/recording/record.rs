@@ -30,8 +30,8 @@ Foxglove, PlotJuggler and txt plot open. A lost connection is re-established. A 
 client at a time: to record what a program does, use txt watch --record, or attach the recorder
 to the program, as docs/recording.md shows.
 
-For days, --parts begins a new file again and again, and --keep deletes the oldest ones. Each of them
-can be read without the others.
+For days, --parts begins a new file again and again, and --keep deletes the oldest ones. Each of
+them can be read without the others.
 
 Examples:
   txt record 192.168.7.2 -o run.mcap --input I2=cm --input E1.I1=ohm

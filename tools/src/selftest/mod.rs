@@ -36,9 +36,9 @@ short sounds, and switches no output on. A program that runs on the controller i
 With --motors M1 turns for half a minute. Plug in M1, with its encoder at C1, so that it turns
 freely. A button at I1 stops it, so it is good to have one. --crash also starts the camera twice.
 
-The results are also in a file, to attach to an issue. Ctrl-C ends it with the motors off. When it is
-killed while M1 may turn, another process switches the outputs off.
-The exit status is 1 when it could not run to its end; what differs is no error.
+The results are also in a file, to attach to an issue. Ctrl-C ends it with the motors off. When it
+is killed while M1 may turn, another process switches the outputs off. The exit status is 1 when it
+could not run to its end; what differs is no error.
 
 Example: txt selftest 192.168.7.2";
 

@@ -16,7 +16,7 @@ use ft_transfer_area_simulator::world::World;
 use serde::{Deserialize, Serialize};
 use serde_json::{json, Value};
 
-use super::running::Running;
+use super::running::{self, Running};
 use super::Start;
 use crate::web::access::{Asked, WRONG_HOST};
 use crate::web::bundle::bundle;
@@ -163,7 +163,10 @@ async fn open(
     Query(wanted): Query<Wanted>,
 ) -> Result<Json<Value>, Problem> {
     let url = in_turn(&start, |start| {
-        if let Some(one) = start.running().iter().find(|one| one.is(&wanted)) {
+        // The page of one that ends is gone in a moment.
+        running::wait(|| !start.running().iter().any(|one| one.is(&wanted) && one.ends()));
+        let same = |one: &&Running| one.is(&wanted) && !one.ends();
+        if let Some(one) = start.running().iter().find(same) {
             return Ok(one.url.clone());
         }
         ensure!(start.running().len() < MOST, "too much runs already; end some of it");

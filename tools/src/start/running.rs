@@ -86,6 +86,11 @@ impl Running {
         self.wanted == *wanted
     }
 
+    /// It was asked to end. Until it has, it keeps its ports and its controller.
+    pub(super) fn ends(&self) -> bool {
+        self.input.is_none()
+    }
+
     pub(super) fn json(&self) -> Value {
         let Wanted { kind, name } = &self.wanted;
         json!({ "id": self.id, "kind": kind, "name": name, "url": self.url, "address": self.address })
@@ -103,8 +108,13 @@ impl Running {
 /// Asks all to end, and waits for them. One that hangs ends by its own limit.
 pub(super) fn end(mut all: Vec<Running>) {
     all.iter_mut().for_each(Running::ask_to_end);
+    wait(|| all.iter_mut().all(Running::has_ended));
+}
+
+/// Waits for the end of commands that were asked to end, but not forever.
+pub(super) fn wait(mut have_ended: impl FnMut() -> bool) {
     let deadline = Instant::now() + END_LIMIT;
-    while Instant::now() < deadline && !all.iter_mut().all(Running::has_ended) {
+    while Instant::now() < deadline && !have_ended() {
         thread::sleep(LOOK);
     }
 }

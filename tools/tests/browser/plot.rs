@@ -50,6 +50,7 @@ fn the_plotter_shows_terminals_over_time_in_the_panel_and_of_a_recording() -> Re
         page.wait_for_value(DRAWN, ".plot-line .plot-colour", |count| count.as_u64() > Some(200))
             .await?;
         ensure_cursor_shows_values(&page).await?;
+        ensure_goes_to_a_moment(&page).await?;
         page.ensure_no_console_errors().await
     })
 }
@@ -73,6 +74,26 @@ async fn ensure_stands(page: &Page) -> Result<()> {
     page.wait_for_text(".plot-time", "−").await?;
     page.click(".plot-pause").await?;
     page.wait_for_text(".plot-time", "jetzt").await
+}
+
+/// A click in the list shows when the connection was lost, with a yellow line and the time of day.
+async fn ensure_goes_to_a_moment(page: &Page) -> Result<()> {
+    page.resize(390, 844).await?;
+    let find = "[...document.querySelectorAll('.plot-moment')].find((one) => one.textContent.includes('was lost')).id = 'lost'";
+    page.run(find, json!(null)).await?;
+    page.click("#lost").await?;
+    page.wait_for("#lost[aria-current=true]").await?;
+    page.wait_for_text(".plot-time", "the connection was lost: ").await?;
+    let time = page.run("return document.querySelector('.plot-time').textContent", json!(null));
+    let time = time.await?;
+    let parts: Vec<_> = time.as_str().unwrap_or_default().split(" · ").collect();
+    ensure!(parts.len() == 3 && parts[1].len() == "03:12:14".len(), "{time}");
+    let mark = "document.body.append(Object.assign(document.createElement('i'), { id: 'mark', style: 'background: var(--plot-mark)' }))";
+    page.run(mark, json!(null)).await?;
+    page.wait_for_value(DRAWN, "#mark", |count| count.as_u64() > Some(20)).await?;
+    page.click(".plot-language").await?;
+    page.wait_for_text(".plot-moments", "Lücke").await?;
+    page.wait_for_text(".plot-moments", "the connection was lost: ").await
 }
 
 /// The value at the cursor is the recorded one.

@@ -138,6 +138,22 @@ fn a_folder_that_takes_no_file_is_told_and_the_panel_drives_on() {
     page.state(0, |state| state["areas"][0]["motors"][0]["duty"][0] == 400);
 }
 
+#[cfg_attr(not(unix), ignore = "Windows does not remove a file that is open")]
+#[test]
+fn a_recording_whose_file_is_removed_ends_and_that_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let panel = panel_in(&folder, &txt);
+    let mut page = panel.driver();
+    let file = start(&mut page);
+    std::fs::remove_file(folder.path().join(&file)).unwrap();
+    let told = page.state(0, |state| state["recording"]["phase"] == "off");
+    let RecordingState { code, text, .. } = RecordingState::of(&told);
+    assert_eq!((code, text), ("record_gone", &*format!("{file} is not there any more")), "{told}");
+    start(&mut page);
+    assert_eq!(stop(&mut page)["recording"]["error"], Value::Null);
+}
+
 struct RecordingState<'a> {
     phase: &'a str,
     code: &'a str,

@@ -193,6 +193,7 @@ const GERMAN_ERRORS = {
   not_recorded: "Diese Seite startet und beendet keine Aufnahme",
   record_denied: "In dem Ordner, in dem txt gestartet wurde, kann nichts geschrieben werden; gesteuert wird weiter",
   record_failed: "Die Aufnahme kann nicht geschrieben werden; gesteuert wird weiter",
+  record_gone: "Die Datei der Aufnahme ist nicht mehr da; gesteuert wird weiter",
   record_full: "Auf dem Datenträger ist kein Platz mehr; was vorher aufgenommen wurde, ist lesbar",
   record_stuck: "Der Datenträger nimmt von der vorigen Aufnahme noch nichts an",
   several_controllers: "Es wurden mehrere Controller gefunden; nenne die Adresse",

@@ -8,6 +8,9 @@ const LANE = 1.5;
 const LANE_HEIGHT = 30;
 const HEIGHT = 190;
 const TIMES = 34;
+const DAY_TIMES = 16;
+// Numbers of marks that are nearer than this would cover each other.
+const NUMBERS = 16;
 /** The room for the numbers on the left, and the one on the right. */
 export const LEFT = 56;
 export const RIGHT = 14;
@@ -41,37 +44,43 @@ function range(low, high, least) {
 }
 
 export class Chart {
-  /** `lines` are pairs of a line and the number of its colour. `on` has `cursor`, `select` and `all`; `format` writes times. */
-  constructor(kind, lines, isLast, words, format, on) {
+  /**
+   * `lines` are pairs of a line and the number of its colour. `on` has `cursor`, `select` and `all`; `format` writes times,
+   * with a second line for times of day if there are any.
+   */
+  constructor(kind, lines, { isFirst, isLast, hasDayTimes }, words, format, on) {
     this.kind = kind;
     this.isDigital = kind === "digital";
     this.steps = [];
     this.words = words;
     this.span = [0, 1];
     this.gaps = [];
+    this.marks = [];
+    this.isFirst = isFirst;
+    this.times = isLast ? TIMES + (hasDayTimes ? DAY_TIMES : 0) : 0;
     this.values = lines.map(() => h("b", {}));
     const names = lines.map(([line, number], index) => h("li", { class: "plot-line" }, h("i", { class: `plot-colour plot-colour-${number}`, "aria-hidden": "true" }), h("span", {}, line.name), this.values[index]));
     this.place = h("div", { class: "plot-place" });
     this.element = h("div", { class: "plot-chart" }, h("p", { class: "plot-unit" }, words.t(kind)), h("ul", { class: "plot-lines" }, names), this.place);
-    this.height = (this.isDigital ? LANE_HEIGHT * lines.length + 14 : HEIGHT) + (isLast ? TIMES : 0);
+    this.height = (this.isDigital ? LANE_HEIGHT * lines.length + 14 : HEIGHT) + this.times;
     // The first is above the others.
     this.raised = lines.map((_, index) => (this.isDigital ? (lines.length - 1 - index) * LANE : 0));
-    this.plot = new uPlot(this.options(lines, isLast, format, on), [[], ...lines.map(() => [])], this.place);
+    this.plot = new uPlot(this.options(lines, format, on), [[], ...lines.map(() => [])], this.place);
   }
 
-  options(lines, isLast, format, on) {
+  options(lines, format, on) {
     const grid = { stroke: () => colour("grid"), width: 1 };
     const font = "12px system-ui, sans-serif";
     const axis = { stroke: () => colour("muted"), grid, ticks: { ...grid, size: 4 }, font };
     const [least, top] = [LEAST[this.kind] ?? 1, LANE * lines.length];
     const lanes = { splits: () => this.raised.map((raised) => raised + 0.5), values: () => lines.map(([line]) => line.short), ticks: { show: false }, grid: { show: false } };
     const numbers = { values: (_, splits) => splits.map((value) => this.words.number(value)) };
-    const times = isLast ? { size: TIMES, space: 56, values: (_, splits) => splits.map(format) } : { size: 0, space: 56, values: (_, splits) => splits.map(() => "") };
+    const times = this.times ? { size: this.times, space: 64, values: (_, splits) => splits.map(format) } : { size: 0, space: 56, values: (_, splits) => splits.map(() => "") };
     const paths = JUMPS.includes(this.kind) && lines[0][0].jumps ? uPlot.paths.stepped({ align: 1 }) : uPlot.paths.linear();
     return {
       width: 300,
       height: this.height,
-      padding: [8, RIGHT, isLast ? 0 : 6, 0],
+      padding: [this.isFirst ? 14 : 8, RIGHT, this.times ? 0 : 6, 0],
       legend: { show: false },
       // Those of the other charts are set by `point`.
       cursor: { y: false, points: { show: false }, drag: { x: true, y: false, setScale: false, dist: 5 }, bind: { dblclick: () => () => on.all() } },
@@ -83,6 +92,7 @@ export class Chart {
       series: [{}, ...lines.map(([, number]) => ({ stroke: () => colour(`plot-${number}`), width: 2, points: { show: false }, paths }))],
       hooks: {
         drawClear: [() => this.shade()],
+        draw: [() => this.mark()],
         setCursor: [({ cursor }) => on.cursor(cursor.left < 0 ? null : this.plot.posToVal(cursor.left, "x"))],
         setSelect: [({ select }) => {
           if (!select.width) return;
@@ -106,13 +116,34 @@ export class Chart {
     ctx.restore();
   }
 
+  /** What was unusual, with numbers above the first chart. */
+  mark() {
+    const { ctx, bbox } = this.plot;
+    const ratio = bbox.width / this.plot.over.clientWidth;
+    ctx.save();
+    ctx.fillStyle = colour("plot-mark");
+    ctx.font = `${11 * ratio}px system-ui, sans-serif`;
+    ctx.textAlign = "center";
+    let numbered = -Infinity;
+    for (const { x, number } of this.marks) {
+      const left = this.plot.valToPos(x, "x", true);
+      if (left < bbox.left || left > bbox.left + bbox.width) continue;
+      // On whole pixels, or it is wide and pale.
+      ctx.fillRect(Math.round(left - ratio / 2), bbox.top, Math.max(1, Math.round(ratio)), bbox.height);
+      if (!this.isFirst || number === null || left - numbered < NUMBERS * ratio) continue;
+      ctx.fillText(number, left, bbox.top - 3 * ratio);
+      numbered = left;
+    }
+    ctx.restore();
+  }
+
   resize(width) {
     if (width !== this.width) this.plot.setSize({ width, height: this.height });
     this.width = width;
   }
 
   /** Draws the lines from one time to another, as seconds since `zero`. */
-  draw(lines, gaps, [from, to], zero) {
+  draw(lines, gaps, marks, [from, to], zero) {
     const step = ((to - from) / Math.max(100, this.width - LEFT - RIGHT)) * STEP;
     const tables = lines.map((line, index) => {
       const [times, values] = drawn(line, from, to, step);
@@ -121,6 +152,7 @@ export class Chart {
     });
     this.span = [from - zero, to - zero];
     this.gaps = gaps;
+    this.marks = marks;
     this.plot.setData(uPlot.join(tables));
   }
 

@@ -9,7 +9,9 @@ const ENGLISH = {
   language: "Deutsch", languageLabel: "Deutsch: Seite auf Deutsch zeigen",
   zoomHint: "Drag the mouse over a stretch to see it larger; a double click shows all.",
   thinned: "Of each {width} s the first, lowest, highest and last value are kept. A shorter part, by --from and --to, has more of them.",
-  shaded: "Shaded: no connection.",
+  shaded: "Shaded: no connection.", marked: "Yellow: an unusual moment, with its number in the list.",
+  unusual: "Unusual moments", momentsHint: "A click shows the 10 s before and after.", moreMoments: "The first 10 of each kind are listed.",
+  gap: "gap", error: "error", watchdog: "watchdog", blocked_motor: "blocked motor", over_range: "over range", counter_jump: "jump of a counter", long_cycle: "long cycle", late_reaction: "late reaction", not_recorded: "not recorded",
 };
 
 const GERMAN = {
@@ -21,7 +23,9 @@ const GERMAN = {
   language: "English", languageLabel: "English: show the page in English",
   zoomHint: "Ziehe mit der Maus über ein Stück, um es größer zu sehen; ein Doppelklick zeigt alles.",
   thinned: "Von je {width} s sind der erste, kleinste, größte und letzte Wert erhalten. Ein kürzeres Stück, mit --from und --to, hat mehr davon.",
-  shaded: "Schattiert: keine Verbindung.",
+  shaded: "Schattiert: keine Verbindung.", marked: "Gelb: ein auffälliger Moment, mit seiner Nummer in der Liste.",
+  unusual: "Auffällige Momente", momentsHint: "Ein Klick zeigt die 10 s davor und danach.", moreMoments: "Die ersten 10 jeder Art stehen in der Liste.",
+  gap: "Lücke", error: "Fehler", watchdog: "Watchdog", blocked_motor: "Motor blockiert", over_range: "außerhalb des Bereichs", counter_jump: "Sprung eines Zählers", long_cycle: "langer Zyklus", late_reaction: "späte Reaktion", not_recorded: "nicht aufgezeichnet",
 };
 
 export class PlotWords {

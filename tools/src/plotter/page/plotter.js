@@ -9,6 +9,10 @@ const SHORTEST = 0.05;
 const COLOURS = 8;
 /** How wide the handle of a slider is. */
 const HANDLE = 20;
+/** How many seconds before and after a moment are shown with it. */
+const AROUND = 10;
+/** How near to a mark the cursor shows what it is, in pixels. */
+const NEAR = 5;
 // How often a moving picture is drawn at most and at least, in ms.
 const OFTEN = 100;
 const SELDOM = 500;
@@ -16,8 +20,8 @@ const KINDS = ["digital", "mV", "Ω", "cm", "pulses", "duty"];
 
 export class Plotter {
   /**
-   * `source` has `begin`, `end`, `gaps`, `areas()`, `terminals(area, chosen)` and `line(id)`. One that goes on is `live`,
-   * and has `frozen()`. `changed` gets the chosen terminals; `close` is there if the plotter can be closed.
+   * `source` has `begin`, `end`, `gaps`, `areas()`, `terminals(area, chosen)` and `line(id)`, and perhaps `dayTime(time)`
+   * and `moments`, each with `at`, `number` and `what`. One that goes on is `live`, and has `frozen()`. `changed` gets the chosen terminals; `close` is there if the plotter can be closed.
    */
   constructor(source, words, { chosen = [], area = 0, changed = () => {}, close = null }) {
     this.source = source;
@@ -54,6 +58,10 @@ export class Plotter {
 
   get data() {
     return this.still ?? this.source;
+  }
+
+  get moments() {
+    return this.source.moments ?? [];
   }
 
   /** What is seen, as times of the source. */
@@ -153,6 +161,16 @@ export class Plotter {
     this.draw();
   }
 
+  /** Shows a moment, with the cursor at it. */
+  show(time) {
+    this.setSpan(time - AROUND, time + AROUND);
+    // uPlot takes the cursor away when it draws another stretch, which it does a moment later.
+    queueMicrotask(() => {
+      this.cursor = time - this.zero;
+      this.point();
+    });
+  }
+
   shift(direction) {
     const [from, to] = this.range;
     const way = (direction * (to - from)) / 2;
@@ -200,9 +218,10 @@ export class Plotter {
     const width = Math.floor(this.place.clientWidth);
     if (!width) return;
     const gaps = this.data.gaps.map((gap) => gap.map((time) => time - this.zero));
+    const marks = this.moments.map(({ at, number }) => ({ x: at - this.zero, number }));
     for (const { chart, kind } of this.charts) {
       chart.resize(width);
-      chart.draw(lines.filter(([line]) => line.kind === kind).map(([line]) => line), gaps, this.range, this.zero);
+      chart.draw(lines.filter(([line]) => line.kind === kind).map(([line]) => line), gaps, marks, this.range, this.zero);
     }
     this.point();
   }
@@ -225,9 +244,9 @@ export class Plotter {
       },
       all: () => this.all(),
     };
-    this.charts = kinds.map((kind, index) => ({
-      kind, chart: new Chart(kind, lines.filter(([line]) => line.kind === kind), index === kinds.length - 1, this.words, (time) => this.format(time), on),
-    }));
+    const format = (time) => (this.source.dayTime ? `${this.format(time)}\n${this.source.dayTime(time + this.zero, this.words)}` : this.format(time));
+    const place = (index) => ({ isFirst: index === 0 && this.moments.length > 0, isLast: index === kinds.length - 1, hasDayTimes: Boolean(this.source.dayTime) });
+    this.charts = kinds.map((kind, index) => ({ kind, chart: new Chart(kind, lines.filter(([line]) => line.kind === kind), place(index), this.words, format, on) }));
     this.place.replaceChildren(...this.charts.map(({ chart }) => chart.element));
   }
 
@@ -242,12 +261,22 @@ export class Plotter {
       chart.point(values, this.cursor);
       lines.forEach((line, index) => texts.push(`${line.name} ${values[index]}`));
     }
-    const time = this.format(at - this.zero);
+    const time = [this.format(at - this.zero), this.source.dayTime?.(at, this.words), this.momentNear(at)].filter(Boolean).join(" · ");
     setText(this.time, time);
     setAttribute(this.cursorSlider, "aria-valuetext", this.t("ofCursor", { time, values: texts.join(", ") }));
     const share = String(Math.round(Math.min(Math.max((at - from) / (to - from), 0), 1) * 1000));
     if (this.cursorSlider.value !== share) this.cursorSlider.value = share;
     this.cursorSlider.style.setProperty("--fill", `${Number(share) / 10}%`);
+  }
+
+  /** What was unusual at the cursor. */
+  momentNear(at) {
+    const [from, to] = this.range;
+    const near = ((to - from) / Math.max(100, this.place.clientWidth - LEFT - RIGHT)) * NEAR;
+    const distance = (moment) => Math.abs(moment.at - at);
+    const nearest = this.moments.reduce((best, moment) => (best && distance(best) <= distance(moment) ? best : moment), null);
+    if (this.cursor === null || !nearest || distance(nearest) > near) return null;
+    return nearest.number === null ? nearest.what : `${nearest.number}: ${nearest.what}`;
   }
 
   value(line, at) {

@@ -1,6 +1,6 @@
 // The page of a recording.
 
-import { button, h } from "./dom.js";
+import { button, h, setAttribute } from "./dom.js";
 import { Plotter } from "./plotter.js";
 import { PlotWords } from "./plot_words.js";
 
@@ -23,8 +23,8 @@ class Line {
 }
 
 class Recording {
-  constructor({ begin, end, gaps, lines }) {
-    Object.assign(this, { live: false, begin, end, gaps });
+  constructor({ begin, end, started, zone, gaps, unusual, lines }) {
+    Object.assign(this, { live: false, begin, end, started, zone, gaps, moments: unusual });
     this.lines = new Map(lines.map((line) => [line.id, new Line(line)]));
     this.areaOf = new Map(lines.map(({ id, area }) => [id, area]));
   }
@@ -35,6 +35,16 @@ class Recording {
 
   terminals(area) {
     return [...this.lines.values()].filter(({ id }) => this.areaOf.get(id) === area).map(({ id, name }) => ({ id, short: id, name }));
+  }
+
+  /** The time of day of the machine, with the date if there are several days. */
+  dayTime(time, { language }) {
+    const day = this.end - this.begin < 86400 ? {} : { month: "2-digit", day: "2-digit" };
+    const options = { ...day, hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23", timeZone: this.zone ?? undefined };
+    const key = `${language} ${Object.keys(day)}`;
+    if (this.formatKey !== key) this.formatter = new Intl.DateTimeFormat(language === "de" ? "de" : "en-GB", options);
+    this.formatKey = key;
+    return this.formatter.format(this.started + time * 1000);
   }
 
   line(id) {
@@ -48,6 +58,22 @@ let { chosen } = given;
 let language = navigator.language.toLowerCase().startsWith("de") ? "de" : "en";
 let plotter = null;
 
+/** The list of unusual moments. What they are is in English, as `txt info` writes it. */
+function moments(words) {
+  const rows = given.unusual.map(({ number, at, kind, what }) => {
+    const clicked = () => {
+      for (const other of rows) setAttribute(other, "aria-current", other === row ? "true" : null);
+      plotter.show(at);
+      plotter.element.scrollIntoView({ block: "nearest" });
+    };
+    const cells = [number ?? "–", `${plotter.format(at)} · ${recording.dayTime(at, words)}`, words.t(kind)].map((text) => h("span", {}, text));
+    const row = h("button", { type: "button", class: "plot-moment", onclick: clicked }, cells, h("span", { lang: "en" }, what));
+    return row;
+  });
+  const note = [words.t("momentsHint"), given.more_unusual ? words.t("moreMoments") : ""].filter(Boolean).join(" ");
+  return h("section", { class: "card plot-unusual" }, h("h2", {}, words.t("unusual")), h("ol", { class: "plot-moments" }, rows.map((row) => h("li", {}, row))), h("p", { class: "note" }, note));
+}
+
 function show() {
   plotter?.close();
   const words = new PlotWords(language);
@@ -58,10 +84,10 @@ function show() {
     language = other;
     show();
   }, { class: "quiet plot-language", "aria-label": words.t("languageLabel"), lang: other });
-  const notes = [words.t("zoomHint"), given.gaps.length ? words.t("shaded") : "", given.step ? words.t("thinned", { width: words.number(given.step) }) : ""];
+  const notes = [words.t("zoomHint"), given.gaps.length ? words.t("shaded") : "", given.unusual.length ? words.t("marked") : "", given.step ? words.t("thinned", { width: words.number(given.step) }) : ""];
   document.body.replaceChildren(
     h("header", { class: "top" }, h("h1", { class: "brand" }, given.title), change),
-    h("main", {}, h("section", { class: "card" }, plotter.element, h("p", { class: "note" }, notes.filter(Boolean).join(" ")))));
+    h("main", {}, h("section", { class: "card" }, plotter.element, h("p", { class: "note" }, notes.filter(Boolean).join(" "))), given.unusual.length ? moments(words) : null));
   plotter.draw();
 }
 

@@ -7,9 +7,12 @@ use std::path::Path;
 use anyhow::Context;
 use serde::Serialize;
 
+use super::super::clock::Clock;
+use super::super::unusual::{Kind, Moment};
+use super::marks::Marks;
 use super::thin::{Point, Thin};
 use super::tracks::Tracks;
-use crate::plotter;
+use crate::{plotter, print};
 
 /// How many buckets a line has at most: an hour has 0.64 s in each.
 pub(super) const BUCKETS: usize = 8000;
@@ -22,7 +25,14 @@ struct Sheet {
     title: String,
     begin: f64,
     end: f64,
+    /// When second 0 was, in milliseconds since 1970.
+    started: i64,
+    /// The time zone of the times of day; without it, it is the browser's.
+    zone: Option<String>,
     gaps: Vec<[f64; 2]>,
+    unusual: Vec<Mark>,
+    /// Whether some of a kind are not in `unusual`.
+    more_unusual: bool,
     /// The longest stretch of which only some values are kept, in seconds; 0 if all are.
     step: f64,
     lines: Vec<Line>,
@@ -42,6 +52,23 @@ struct Line {
     values: Vec<Option<f64>>,
 }
 
+/// An unusual moment.
+#[derive(Serialize)]
+struct Mark {
+    /// In `txt info`.
+    number: Option<usize>,
+    at: f64,
+    kind: Kind,
+    what: String,
+}
+
+impl Mark {
+    fn of(moment: &Moment) -> Self {
+        let Moment { number, kind, at, what } = moment;
+        Self { number: *number, at: at.as_secs_f64(), kind: *kind, what: print::clean(what).into() }
+    }
+}
+
 /// Nobody wants to overwrite a recording by a page.
 pub(super) fn is_page(path: &Path) -> bool {
     path.extension().is_some_and(|end| end.eq_ignore_ascii_case("html"))
@@ -51,14 +78,20 @@ pub(super) fn save(
     tracks: Tracks,
     file: &str,
     title: Option<String>,
+    clock: &Clock,
     output: &Path,
 ) -> anyhow::Result<()> {
-    let sheet = sheet(tracks, file, title)?;
+    let sheet = sheet(tracks, file, title, clock)?;
     let page = plotter::page(&sheet.title, &serde_json::to_string(&sheet)?)?;
     fs::write(output, page).with_context(|| format!("can't write {}", output.display()))
 }
 
-fn sheet(mut tracks: Tracks, file: &str, title: Option<String>) -> anyhow::Result<Sheet> {
+fn sheet(
+    mut tracks: Tracks,
+    file: &str,
+    title: Option<String>,
+    clock: &Clock,
+) -> anyhow::Result<Sheet> {
     let seen = tracks.ensure_seen(file)?;
     let title = tracks.title(file, title);
     let gaps = tracks.take_gaps().into_iter().map(|gap| [gap.start, gap.end]).collect();
@@ -78,7 +111,20 @@ fn sheet(mut tracks: Tracks, file: &str, title: Option<String>) -> anyhow::Resul
         let (name, area) = (tracks.name(column), column.area());
         lines.push(Line { id, name, area, kind: kind(unit), times, values });
     }
-    Ok(Sheet { title, begin: seen.start, end: seen.end, gaps, step, lines, chosen })
+    let marks = tracks.marks();
+    Ok(Sheet {
+        title,
+        begin: seen.start,
+        end: seen.end,
+        started: clock.started(),
+        zone: clock.zone().map(str::to_owned),
+        gaps,
+        unusual: marks.map(Marks::moments).unwrap_or_default().iter().map(Mark::of).collect(),
+        more_unusual: marks.is_some_and(Marks::are_some_left_out),
+        step,
+        lines,
+        chosen,
+    })
 }
 
 /// What the page calls a unit.

@@ -35,6 +35,15 @@ impl Marks {
         self.moments.iter().map(|moment| (moment.at.as_secs_f64(), moment.number)).collect()
     }
 
+    pub(super) fn moments(&self) -> &[Moment] {
+        &self.moments
+    }
+
+    /// Whether there are more than those.
+    pub(super) fn are_some_left_out(&self) -> bool {
+        self.counts.values().any(|count| *count > LISTED)
+    }
+
     pub(super) fn lines(&self, clock: &Clock) -> Vec<String> {
         let line = |moment: &Moment| {
             let number = moment.number.map_or(String::new(), |number| format!(" {number}"));

@@ -16,6 +16,7 @@ use ft_transfer_area_recorder::{Column, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::clock::Clock;
+use super::in_parts::ensure_is_one;
 use super::part::Part;
 use super::whole::say_what_is_missing;
 use crate::{names, print};
@@ -25,14 +26,15 @@ pub(super) use two::second_over_first;
 
 const AFTER: &str = "\
 There is one panel for each unit. Without terminals, all inputs, counters and motors that change are
-drawn. The picture follows the light or dark setting of what shows it. Where there was no connection,
-or the file is damaged, it is shaded. A tick at the bottom is a motor that has reached its distance or is stalled, or an
-extension that came or went. Below the seconds since the beginning is the time of day in this
-computer's time zone. A yellow line is an unusual moment with its number in txt info; those in the
-picture are printed, too. A part of it is given by seconds or by times of day, as in --from 03:12.
+drawn. The picture follows the light or dark setting of what shows it. Where there was no
+connection, or the file is damaged, it is shaded. A tick at the bottom is a motor that has reached
+its distance or is stalled, or an extension that came or went. Below the seconds since the beginning
+is the time of day in this computer's time zone. A yellow line is an unusual moment with its number
+in txt info; those in the picture are printed, too. A part of it is given by seconds or by times of
+day, as in --from 03:12.
 
-With --html it is a page for a browser, which needs no network: choose terminals, zoom, and read values
-at a cursor.
+With --html it is a page for a browser, which needs no network: choose terminals, zoom, read values
+at a cursor, and go to an unusual moment by a click in a list.
 
 Examples:
   txt plot run.mcap I1 C1 M1 E1.I2 --from 10 --to 25.5 -o plot.svg
@@ -69,6 +71,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     if !is_picture(&output) {
         bail!("{}: {NAME}", output.display());
     }
+    ensure_is_one(&args.recording)?;
     let names = args.names.read()?;
     let part = args.part.of(&args.recording)?;
     let mut recording = Recording::open(&args.recording)?;
@@ -83,7 +86,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let file = args.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let unusual = tracks.unusual_lines(&clock);
     let output = if let Some(html) = args.html {
-        html::save(tracks, &file, args.title, &html)?;
+        html::save(tracks, &file, args.title, &clock, &html)?;
         html
     } else {
         save(&tracks.picture(&file, args.title, clock)?, &output)?;

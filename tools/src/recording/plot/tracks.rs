@@ -216,6 +216,11 @@ impl Tracks {
         })
     }
 
+    /// What is unusual in the picture, if that is drawn.
+    pub(super) fn marks(&self) -> Option<&Marks> {
+        self.marks.as_ref()
+    }
+
     /// What is unusual in the picture, as lines for people.
     pub(super) fn unusual_lines(&self, clock: &Clock) -> Vec<String> {
         self.marks.as_ref().map(|marks| marks.lines(clock)).unwrap_or_default()

@@ -14,6 +14,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError};
 use ft_transfer_area::{FirmwareVersion, PORT};
 use ft_transfer_area_simulator::SimulatedTxt;
 
+use super::in_parts::ensure_is_one;
 use super::part::Part;
 use super::survey::Survey;
 use super::whole::say_what_is_damaged;
@@ -29,9 +30,9 @@ the lost connections and the wrong answers of the recording. Run the program of 
 against it: it decides and ends in the same way. When the program leaves, txt says where its outputs
 first differed; how a client stops the motors before it leaves does not count as a difference. After
 the last cycle the inputs stay as they are. With --from the first answer is the first recorded one
-from then on, and the recorded program does not begin there but goes on. A program that connects or goes online again goes on
-with what the recorded one did then. After the last recorded connection the next one begins the
-recording again.
+from then on, and the recorded program does not begin there but goes on. A program that connects or
+goes online again goes on with what the recorded one did then. After the last recorded connection
+the next one begins the recording again.
 
 Example: txt replay run.mcap      then run the program with the host 127.0.0.1";
 
@@ -55,6 +56,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    ensure_is_one(&args.file)?;
     let survey = Survey::of(&args.file)?;
     if let Some(damage) = &survey.damage {
         say_what_is_damaged(damage, &args.file);
