@@ -36,20 +36,29 @@ impl Reserved {
     /// Accepts connections from now on.
     pub(crate) fn listen(&mut self, port: &mut Port) -> io::Result<()> {
         let socket = self.socket.take().map_or_else(|| reserve(self.address), Ok)?;
+        reuse(&socket, true)?;
         socket.listen(128)?;
         socket.set_nonblocking(true)?;
         port.listen(socket.into())
     }
 }
 
-/// A socket that has this port but does not listen. The system gives the port to nobody who asks for any.
+/// A socket that has this port but does not listen. The system gives the port to nobody else.
 fn reserve(address: SocketAddr) -> io::Result<Socket> {
     let socket = Socket::new(Domain::for_address(address), Type::STREAM, None)?;
-    // Connections that have ended there are no obstacle. On Windows they never are.
-    #[cfg(unix)]
-    socket.set_reuse_address(true)?;
+    reuse(&socket, true)?;
     socket.bind(&address.into())?;
+    reuse(&socket, false)?;
     Ok(socket)
+}
+
+/// Whether connections that have ended at its port are no obstacle. On Windows they never are. But then others can have
+/// the port, too, unless it listens.
+fn reuse(socket: &Socket, does: bool) -> io::Result<()> {
+    if cfg!(unix) {
+        socket.set_reuse_address(does)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -65,8 +74,11 @@ mod tests {
         let address = socket.local_addr().unwrap().as_socket().unwrap();
         let refused = std::net::TcpStream::connect(address).unwrap_err();
         assert_eq!(refused.kind(), ErrorKind::ConnectionRefused);
-        let other = Socket::new(Domain::for_address(address), Type::STREAM, None).unwrap();
-        assert_eq!(other.bind(&address.into()).unwrap_err().kind(), ErrorKind::AddrInUse);
+        for reuses in [false, true] {
+            let other = Socket::new(Domain::for_address(address), Type::STREAM, None).unwrap();
+            reuse(&other, reuses).unwrap();
+            assert_eq!(other.bind(&address.into()).unwrap_err().kind(), ErrorKind::AddrInUse);
+        }
         socket.listen(1).unwrap();
         std::net::TcpStream::connect(address).unwrap();
     }
