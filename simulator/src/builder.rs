@@ -9,14 +9,13 @@ use std::time::Duration;
 
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::FirmwareVersion;
-use log::Level;
 
 use crate::camera::server::{CameraServer, CameraSettings};
 use crate::camera::{CameraConnection, Clients};
 use crate::error::Error;
 use crate::fault::{Fault, DELAYS};
 use crate::i2c::server::I2cServer;
-use crate::machine::journal::{self, KeptLines, Subject};
+use crate::machine::journal::{self, notice, KeptLines, Subject};
 use crate::machine::Machine;
 use crate::server::faults::Faults;
 use crate::server::port::{Port, WRITE_LIMIT};
@@ -339,10 +338,7 @@ impl SimulatedTxtBuilder {
         if extensions < in_world {
             let first = extensions + 1;
             let _kept_lines = KeptLines::begin(self.subject.clone());
-            journal::log(
-                Level::Warn,
-                format_args!("the world's extensions from {first} on are left out"),
-            );
+            notice!(Warn, "the world's extensions from {first} on are left out");
         }
         match (world, self.floor.take()) {
             (Some(world), Some(floor)) => Ok(Machine::on_floor(extensions, &world, floor)),

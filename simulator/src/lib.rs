@@ -143,7 +143,6 @@ pub use error::Error;
 pub use factory::SimulatedFactory;
 pub use fault::{Fault, FaultKind, FaultPlace, ParseFaultError};
 pub use i2c::I2C_REGISTERS;
-pub use log::Level;
 pub use machine::controller::Controller;
 pub use machine::Machine;
 use server::shared::Shared;
@@ -212,8 +211,9 @@ impl Drop for SimulatedTxt {
         self.shared.stop();
         for thread in self.threads.drain(..) {
             if thread.join().is_err() {
-                let line = "a thread of the simulated TXT panicked, perhaps in its script";
-                self.shared.log(Level::Error, format_args!("{line}"));
+                self.shared.log_error(format_args!(
+                    "a thread of the simulated TXT panicked, perhaps in its script"
+                ));
             }
         }
     }

@@ -5,10 +5,10 @@ use std::net::{SocketAddr, TcpListener};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{unbounded, Receiver, Sender};
-use log::Level;
 use mio::net::TcpStream;
 
-use crate::machine::{journal, Machine};
+use crate::machine::journal::notice;
+use crate::machine::Machine;
 use crate::server::port::Port;
 use crate::server::reserved::Reserved;
 use crate::server::shared::{Shared, Stopped};
@@ -93,21 +93,15 @@ impl ClientFinder {
     pub(crate) fn find(&self) {
         match accept(&self.listener) {
             Ok((stream, client)) => {
-                journal::log(
-                    Level::Info,
-                    format_args!("{client} is connected to the camera port and gets frames"),
-                );
+                notice!(Info, "{client} is connected to the camera port and gets frames");
                 // This fails only when the camera's thread, and so the simulated TXT, is ending.
                 let _ = self.found.send(stream);
             }
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                journal::log(
-                    Level::Warn,
-                    format_args!("no client is connected to the camera port, so none gets frames"),
-                );
+                notice!(Warn, "no client is connected to the camera port, so none gets frames");
             }
             Err(error) => {
-                journal::log(Level::Warn, format_args!("a client could not be accepted: {error}"))
+                notice!(Warn, "a client could not be accepted: {error}")
             }
         }
     }
@@ -129,10 +123,7 @@ fn accept_while_serving(
 ) -> Result<Option<TcpStream>, Stopped> {
     port.shared().wait_for_camera(|machine| machine.camera_serves(start_up))?;
     if let Err(error) = reserved.listen(port) {
-        journal::log(
-            Level::Warn,
-            format_args!("the camera does not serve at {}: {error}", reserved.address),
-        );
+        notice!(Warn, "the camera does not serve at {}: {error}", reserved.address);
         port.shared().with_machine(Machine::stop_camera);
         return Ok(None);
     }

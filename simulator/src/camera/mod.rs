@@ -13,9 +13,8 @@ use std::time::Duration;
 pub use connection::CameraConnection;
 pub(super) use connection::{ClientFinder, Clients};
 use ft_transfer_area::wire::StartCameraOnline;
-use log::Level;
 
-use crate::machine::journal;
+use crate::machine::journal::notice;
 
 /// The greatest width and height in pixels.
 const SIZE_MAX: u16 = 4096;
@@ -62,13 +61,10 @@ impl Camera {
         self.stop();
         let Some(format) = Format::of(&settings) else {
             let StartCameraOnline { width, height, .. } = settings;
-            journal::log(
-                Level::Warn,
-                format_args!("the camera has no pictures of {width} × {height} and does not start"),
-            );
+            notice!(Warn, "the camera has no pictures of {width} × {height} and does not start");
             return;
         };
-        journal::log(Level::Info, format_args!("the camera starts: {format:?}"));
+        notice!(Info, "the camera starts: {format:?}");
         self.starts += 1;
         self.is_stopped = false;
         self.had_client = false;

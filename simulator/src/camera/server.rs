@@ -4,14 +4,14 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::{CameraFrameHeader, StartCameraOnline, CAMERA_FRAME_ACKNOWLEDGE};
-use log::Level;
 use mio::net::TcpStream;
 
 use super::connection::Clients;
 use super::frame::{frame, frame_of};
 use super::test_card::TestCard;
 use super::{CameraRun, Format};
-use crate::machine::{journal, Machine};
+use crate::machine::journal::notice;
+use crate::machine::Machine;
 use crate::server::port::{End, Link, Port};
 use crate::server::shared::{Shared, Stopped};
 
@@ -42,10 +42,7 @@ impl CameraServer {
         while let Ok(stream) = self.clients.next(&mut self.port, self.settings.start_up) {
             let Ok(run) = self.wait_until_ready() else { return };
             let Some(run) = run else {
-                journal::log(
-                    Level::Info,
-                    format_args!("the camera does not serve: the connection is closed"),
-                );
+                notice!(Info, "the camera does not serve: the connection is closed");
                 continue;
             };
             if let Err(end) = self.serve(stream, run) {
@@ -100,10 +97,7 @@ impl Connection<'_> {
         // Counted before the client can read it.
         self.server.port.shared().with_machine(Machine::note_camera_frame);
         self.write(&bytes)?;
-        journal::log(
-            Level::Trace,
-            format_args!("camera frame {number} is sent, {frames_ready} were ready"),
-        );
+        notice!(Trace, "camera frame {number} is sent, {frames_ready} were ready");
         self.sent += 1;
         self.next = number + 1;
         Ok(())
@@ -171,10 +165,7 @@ impl Connection<'_> {
 
     /// Sends nothing more, until the connection ends.
     fn fall_silent(&mut self) -> Result<(), End> {
-        journal::log(
-            Level::Info,
-            format_args!("the camera sends nothing more, because it is set to stall"),
-        );
+        notice!(Info, "the camera sends nothing more, because it is set to stall");
         loop {
             self.read(&mut [0])?;
         }

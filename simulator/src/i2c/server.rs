@@ -4,11 +4,11 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, ID_LEN};
 use ft_transfer_area::Error;
-use log::Level;
 use mio::net::TcpStream;
 
 use super::ADDRESS_MAX;
-use crate::machine::{journal, Machine};
+use crate::machine::journal::notice;
+use crate::machine::Machine;
 use crate::server::port::{End, Link, Port};
 use crate::server::reserved::Reserved;
 use crate::server::shared::{Shared, Stopped};
@@ -115,10 +115,7 @@ impl I2cServer {
                 // A process that is being started has the listener of the session before for a moment.
                 self.port.shared().sleep(AGAIN)?;
                 if waits_until(self.port.shared()).is_none() {
-                    journal::log(
-                        Level::Warn,
-                        format_args!("nothing has served I2C at {}: {error}", reserved.address),
-                    );
+                    notice!(Warn, "nothing has served I2C at {}: {error}", reserved.address);
                 }
                 continue;
             }
@@ -163,14 +160,17 @@ impl I2cServer {
         let shared = self.port.shared();
         let read = shared.with_machine(|machine| machine.i2c().transfer(address, &write, read));
         match &read {
-            Some(read) => journal::log(Level::Info, format_args!("{request:02x?}: {write:02x?} written, {read:02x?} read")),
+            Some(read) => notice!(Info, "{request:02x?}: {write:02x?} written, {read:02x?} read"),
             // Clients hold the connection open by requests for nothing.
             None if write.is_empty() && request.read == 0 => {}
             // A program that looks for devices asks for all addresses.
             None if self.missing.replace(Instant::now()).is_some_and(|last| last.elapsed() < SERIES) => {
-                journal::log(Level::Info, format_args!("no I2C device with the address {address:#04x} answers"));
+                notice!(Info, "no I2C device with the address {address:#04x} answers");
             }
-            None => journal::log(Level::Warn, format_args!("no I2C device with the address {address:#04x} answers; others that follow soon are not named")),
+            None => notice!(
+                Warn,
+                "no I2C device with the address {address:#04x} answers; others that follow soon are not named"
+            ),
         }
         link.write_all(&mut self.port, &response(read), Some(self.write_limit), |_| Ok(()))
     }

@@ -12,9 +12,22 @@ use log::Level;
 
 thread_local! {
     /// The lines of this thread that are not logged yet; `None` while it has locked no machine.
-    static KEPT: RefCell<Option<Vec<(Level, String)>>> = const { RefCell::new(None) };
+    static KEPT: RefCell<Option<Vec<Line>>> = const { RefCell::new(None) };
     /// The simulated TXT that this thread is busy with, if its lines begin with a name.
     static SUBJECT: RefCell<Subject> = const { RefCell::new(None) };
+}
+
+struct Line {
+    level: Level,
+    /// The module that logs it.
+    target: &'static str,
+    text: String,
+}
+
+impl Line {
+    fn log(&self) {
+        log::log!(target: self.target, self.level, "{}", self.text);
+    }
 }
 
 /// What the lines of a simulated TXT begin with.
@@ -48,31 +61,38 @@ impl Drop for KeptLines {
     fn drop(&mut self) {
         set_subject(self.before.take());
         if self.is_outermost {
-            for (level, line) in KEPT.take().into_iter().flatten() {
-                log::log!(level, "{line}");
-            }
+            KEPT.take().into_iter().flatten().for_each(|line| line.log());
         }
     }
 }
 
-/// Logs a line, or keeps it while this thread has locked a machine.
-pub(crate) fn log(level: Level, line: fmt::Arguments<'_>) {
-    if !log::log_enabled!(level) {
+/// Logs a line with this level, as `log`'s macros do, or keeps it while this thread has locked a machine.
+macro_rules! notice {
+    ($level:ident, $($text:tt)+) => {
+        $crate::machine::journal::log(log::Level::$level, module_path!(), format_args!($($text)+))
+    };
+}
+pub(crate) use notice;
+
+/// What `notice!` does.
+pub(crate) fn log(level: Level, target: &'static str, text: fmt::Arguments<'_>) {
+    if !log::log_enabled!(target: target, level) {
         return;
     }
-    let line = SUBJECT.with_borrow(|subject| match subject {
-        Some(name) => format!("{name}: {line}"),
-        None => line.to_string(),
+    let text = SUBJECT.with_borrow(|subject| match subject {
+        Some(name) => format!("{name}: {text}"),
+        None => text.to_string(),
     });
+    let line = Line { level, target, text };
     let line = KEPT.with_borrow_mut(|kept| match kept {
         Some(lines) => {
-            lines.push((level, line));
+            lines.push(line);
             None
         }
         None => Some(line),
     });
     if let Some(line) = line {
-        log::log!(level, "{line}");
+        line.log();
     }
 }
 
@@ -82,7 +102,7 @@ pub(crate) fn log(level: Level, line: fmt::Arguments<'_>) {
 pub(crate) fn log_changes(controller: usize, before: &ExchangeData, now: &ExchangeData) {
     if log::log_enabled!(Level::Info) {
         for change in changes(before, now) {
-            log(Level::Info, format_args!("{}: {change}", Name(controller)));
+            notice!(Info, "{}: {change}", Name(controller));
         }
     }
 }

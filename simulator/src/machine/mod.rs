@@ -19,7 +19,7 @@ use clock::Clock;
 use controller::Controller;
 use ft_transfer_area::transfer_area::{Config, MAX_EXTENSIONS};
 use ft_transfer_area::wire::{CommandId, ExchangeData, ExchangeDataResponse, StartCameraOnline};
-use log::Level;
+use journal::notice;
 use oddity::{Encoder, Oddities, Oddity};
 
 use crate::camera::Camera;
@@ -382,7 +382,7 @@ impl Machine {
         match self.watchdog.left() {
             Some(left) if left <= micros => {
                 self.move_undisturbed(left);
-                journal::log(Level::Info, format_args!("the board's watchdog clears the outputs"));
+                notice!(Info, "the board's watchdog clears the outputs");
                 self.controllers.iter_mut().for_each(Controller::stop_outputs);
                 self.move_undisturbed(micros - left);
             }

@@ -6,9 +6,8 @@ use std::mem;
 
 use ft_transfer_area::transfer_area::{Config, DUTY_MAX};
 use ft_transfer_area::wire::{CommandId, ExchangeData};
-use log::Level;
 
-use crate::machine::journal::{self, Name};
+use crate::machine::journal::{notice, Name};
 
 /// How many sentences are remembered.
 const SENTENCES_KEPT: usize = 100;
@@ -168,7 +167,7 @@ impl Oddities {
             return;
         }
         self.noted.push(oddity.clone());
-        journal::log(Level::Warn, format_args!("the client is odd: {oddity}"));
+        notice!(Warn, "the client is odd: {oddity}");
         if self.sentences.len() == SENTENCES_KEPT {
             self.sentences.pop_front();
         }

@@ -1,9 +1,7 @@
 //! The injected faults, and when each strikes.
 
-use log::Level;
-
 use crate::fault::{Fault, FaultKind, FaultPlace};
-use crate::machine::journal;
+use crate::machine::journal::notice;
 use crate::server::outgoing::{Outgoing, Random};
 
 /// The faults that may still strike.
@@ -38,7 +36,7 @@ impl Faults {
         let mut outgoing = Outgoing::undisturbed(response);
         kinds.extend(self.take(at));
         for &kind in &kinds {
-            journal::log(Level::Info, format_args!("a fault is injected: {kind:?}"));
+            notice!(Info, "a fault is injected: {kind:?}");
             outgoing.disturb(kind, &mut self.random);
         }
         (outgoing, !kinds.is_empty())

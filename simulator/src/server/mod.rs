@@ -16,7 +16,6 @@ use std::time::{Duration, Instant};
 use command::{ahead, command_id, is_exchange, Ahead, Inbox, Misbehaviour};
 use faults::{Faults, Position};
 use ft_transfer_area::wire::{CommandId, ID_LEN};
-use log::Level;
 use mio::net::TcpStream;
 use outgoing::Outgoing;
 use port::{has_passed, End, Link, Port, WRITE_LIMIT};
@@ -27,8 +26,9 @@ use shared::{Shared, Stopped};
 
 use crate::camera::ClientFinder;
 use crate::fault::FaultKind;
+use crate::machine::journal::notice;
 use crate::machine::oddity::Oddity;
-use crate::machine::{journal, Machine};
+use crate::machine::Machine;
 
 /// Serves one client after another.
 pub(super) struct Server {
@@ -65,10 +65,7 @@ impl Server {
     pub(super) fn run(mut self) {
         while let Ok(stream) = self.port.accept() {
             if self.shared().read(Machine::absent) {
-                journal::log(
-                    Level::Info,
-                    format_args!("the client is not served: the controller is away"),
-                );
+                notice!(Info, "the client is not served: the controller is away");
                 continue;
             }
             self.shared().with_machine(Machine::client_came);
@@ -91,10 +88,7 @@ impl Server {
         self.port.shared().with_machine(Machine::program_ended);
         self.port.shared().sleep(AWAY)?;
         if let Err(error) = reserved.listen(&mut self.port) {
-            journal::log(
-                Level::Error,
-                format_args!("the controller does not come back at {}: {error}", reserved.address),
-            );
+            notice!(Error, "the controller does not come back at {}: {error}", reserved.address);
             return Err(Stopped);
         }
         Ok(())

@@ -4,10 +4,9 @@ use std::time::Duration;
 
 use byteorder::{ByteOrder, LittleEndian};
 use ft_transfer_area::wire::{CmprHeader, ResponseId, ID_LEN};
-use log::Level;
 
 use crate::fault::FaultKind;
-use crate::machine::journal;
+use crate::machine::journal::notice;
 
 /// Where the fields that faults disturb are in the response to a compressed exchange.
 mod field {
@@ -76,12 +75,7 @@ impl Outgoing {
         if is_compressed(&self.bytes) {
             change(&mut self.bytes);
         } else {
-            journal::log(
-                Level::Warn,
-                format_args!(
-                    "the fault {kind:?} does not change a response without compressed data"
-                ),
-            );
+            notice!(Warn, "the fault {kind:?} does not change a response without compressed data");
         }
     }
 

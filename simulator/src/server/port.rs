@@ -8,11 +8,10 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use log::Level;
 use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token, Waker};
 
-use crate::machine::journal;
+use crate::machine::journal::notice;
 use crate::server::shared::{Shared, Stopped};
 
 const LISTENER: Token = Token(0);
@@ -92,7 +91,7 @@ impl Port {
             Err(error) if error.kind() == ErrorKind::WouldBlock => self.has_waiting_client = false,
             // A client that has closed again, or too many open files: the next client may succeed.
             Err(error) if !std::mem::replace(&mut self.has_warned, true) => {
-                journal::log(Level::Warn, format_args!("a client could not be accepted: {error}"));
+                notice!(Warn, "a client could not be accepted: {error}");
             }
             // Further failures are not logged.
             Err(_) => {}
@@ -128,10 +127,7 @@ impl Port {
         self.shared.check()?;
         while condition(&self.shared) && !has_passed(deadline) {
             if let Some((stream, client)) = self.try_accept() {
-                journal::log(
-                    Level::Info,
-                    format_args!("{client} connects to the {} port", self.name),
-                );
+                notice!(Info, "{client} connects to the {} port", self.name);
                 return Ok(Some(stream));
             }
             if self.has_waiting_client {
@@ -151,10 +147,7 @@ impl Port {
             Ok(()) => {}
             Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(false),
             Err(error) => {
-                journal::log(
-                    Level::Error,
-                    format_args!("the {} port can't be waited for: {error}", self.name),
-                );
+                notice!(Error, "the {} port can't be waited for: {error}", self.name);
                 return Err(Stopped);
             }
         }
@@ -343,26 +336,20 @@ impl End {
     pub(crate) fn log(self, client: &str) {
         match self {
             Self::Stopped => {}
-            Self::Left => journal::log(Level::Info, format_args!("{client} has left")),
+            Self::Left => notice!(Info, "{client} has left"),
             Self::Idle => {
-                journal::log(Level::Warn, format_args!("{client} is cut off: it sent no command"))
+                notice!(Warn, "{client} is cut off: it sent no command")
             }
-            Self::Unread => journal::log(
-                Level::Warn,
-                format_args!("{client} is cut off: it reads no responses"),
-            ),
+            Self::Unread => notice!(Warn, "{client} is cut off: it reads no responses"),
             Self::Misbehaved(what) => {
-                journal::log(Level::Warn, format_args!("{client} is cut off: {what}"))
+                notice!(Warn, "{client} is cut off: {what}")
             }
             Self::EndsProgram(why) => {
-                journal::log(Level::Warn, format_args!("the controller's program ends: {why}"))
+                notice!(Warn, "the controller's program ends: {why}")
             }
-            Self::Closed(reason) => journal::log(
-                Level::Info,
-                format_args!("the connection of {client} is closed: {reason}"),
-            ),
+            Self::Closed(reason) => notice!(Info, "the connection of {client} is closed: {reason}"),
             Self::Broken(error) => {
-                journal::log(Level::Info, format_args!("the connection of {client} broke: {error}"))
+                notice!(Info, "the connection of {client} broke: {error}")
             }
         }
     }

@@ -6,9 +6,8 @@ use ft_transfer_area::wire::{
     QueryStatusResponse, ResponseId, StartCameraOnline, StartOnline, UpdateConfig,
 };
 use ft_transfer_area::{Error, FirmwareVersion};
-use log::Level;
 
-use crate::machine::journal;
+use crate::machine::journal::notice;
 use crate::machine::oddity::Oddity;
 use crate::machine::words::{self, COMMAND_WORDS};
 use crate::machine::Machine;
@@ -86,7 +85,7 @@ impl Protocol {
         let id = command_id(command)?;
         machine.note_command(id);
         if !is_exchange(id) {
-            journal::log(Level::Info, format_args!("the client sends {id}"));
+            notice!(Info, "the client sends {id}");
         }
         let needs_online =
             !matches!(id, CommandId::QueryStatus | CommandId::StartOnline | CommandId::StopOnline);
@@ -129,7 +128,7 @@ impl Protocol {
         machine.pass_exchange();
         script(machine);
         let number = machine.exchanges();
-        journal::log(Level::Trace, format_args!("exchange {number} takes place"));
+        notice!(Trace, "exchange {number} takes place");
         match exchange {
             Exchange::Simple => {
                 if let Some(master) = machine.reachable().next() {
@@ -246,7 +245,7 @@ fn start_camera(
 
 fn stop_camera(machine: &mut Machine, out: &mut Vec<u8>) {
     machine.stop_camera();
-    journal::log(Level::Info, format_args!("the camera stops"));
+    notice!(Info, "the camera stops");
     ResponseId::StopCameraOnline.emit(out);
 }
 

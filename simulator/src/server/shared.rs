@@ -3,11 +3,10 @@
 use std::fmt;
 use std::time::{Duration, Instant};
 
-use log::Level;
 use mio::Waker;
 use parking_lot::{Condvar, Mutex};
 
-use crate::machine::journal::{self, KeptLines, Subject};
+use crate::machine::journal::{notice, KeptLines, Subject};
 use crate::machine::Machine;
 use crate::server::pause::Timing;
 
@@ -56,10 +55,10 @@ impl Shared {
         }
     }
 
-    /// Logs a line about it, in a thread of the program.
-    pub(crate) fn log(&self, level: Level, line: fmt::Arguments<'_>) {
+    /// Logs an error of it, in a thread of the program.
+    pub(crate) fn log_error(&self, line: fmt::Arguments<'_>) {
         let _kept_lines = KeptLines::begin(self.subject.clone());
-        journal::log(level, line);
+        notice!(Error, "{line}");
     }
 
     /// Wakes one more thread when the threads should end; one that follows sessions also when the camera or the I2C
@@ -158,8 +157,7 @@ impl Shared {
         let failed = woken.filter_map(Result::err).last();
         drop(wakers);
         if let Some(error) = failed {
-            let line = format_args!("a thread of the simulated TXT can't be woken: {error}");
-            self.log(Level::Error, line);
+            self.log_error(format_args!("a thread of the simulated TXT can't be woken: {error}"));
         }
     }
 

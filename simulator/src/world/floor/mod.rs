@@ -13,7 +13,6 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::sync::Arc;
 
-use log::Level;
 use parking_lot::{Mutex, MutexGuard};
 
 pub(super) use own::LockedFloor;
@@ -23,7 +22,7 @@ use part::Part;
 pub(super) use plan::Plan;
 
 use super::piece::Piece;
-use crate::machine::journal;
+use crate::machine::journal::notice;
 
 /// How many sentences are remembered.
 const SENTENCES_KEPT: usize = 100;
@@ -152,7 +151,7 @@ pub(super) enum Refusal {
 impl Floor {
     /// Remembers and logs what has gone wrong.
     fn tell(&mut self, sentence: fmt::Arguments<'_>) {
-        journal::log(Level::Warn, sentence);
+        notice!(Warn, "{sentence}");
         if self.mishaps.len() == SENTENCES_KEPT {
             self.mishaps.pop_front();
         }
