@@ -34,7 +34,8 @@ their own.
 
 With --class the links and ports stay, also when pupils leave or come: the file has the tokens
 and places, and a name and a world or a lesson for each pupil, which you can change. Without one
-links are new at each start. Beside it, as .csv, is how far each pupil is in the lessons, also for a spreadsheet and the next start.
+links are new at each start. Beside it, as .csv, is how far each pupil is in the lessons, also for
+a spreadsheet and the next start.
 
 With --bind 0.0.0.0 the pupils' computers reach it, and whoever reaches it can drive the
 simulated controllers. Ctrl-C ends it.

@@ -14,13 +14,13 @@ pub(crate) fn put(html: &mut String, link: &str, tag: &str, text: &str) -> anyho
     Ok(allowed(&text))
 }
 
-/// A script or a style without indentation, empty lines and lines that are a comment. A network with a long way sends the
-/// first bytes of a page in a few rounds, so each that is not sent may save one.
+/// A script or a style without indentation, empty lines and lines that are a comment, unless it names a licence. A
+/// network with a long way sends the first bytes of a page in a few rounds, so each that is not sent may save one.
 fn squeezed(text: &str) -> String {
     let mut lines = Vec::new();
     let mut is_comment = false;
     for line in text.lines().map(str::trim) {
-        let begins = is_comment || line.starts_with("/*");
+        let begins = is_comment || (line.starts_with("/*") && !line.starts_with("/*!"));
         is_comment = begins && !line.contains("*/");
         let is_whole = begins && (is_comment || line.ends_with("*/"));
         if !is_whole && !line.is_empty() && !line.starts_with("//") {
@@ -47,6 +47,7 @@ mod tests {
     #[test]
     fn what_is_only_for_people_is_not_sent() {
         let text = "// A script.\n\nlet a = 1; // one\n  /** Two. */\n  /* Many\n     lines. */\n  /* b */ let b = \"//\";\n";
-        assert_eq!(squeezed(text), "let a = 1; // one\n/* b */ let b = \"//\";");
+        let text = &format!("/*! MIT */\n{text}");
+        assert_eq!(squeezed(text), "/*! MIT */\nlet a = 1; // one\n/* b */ let b = \"//\";");
     }
 }
