@@ -32,13 +32,13 @@ pub(crate) fn script() -> anyhow::Result<String> {
 }
 
 pub(crate) fn style() -> String {
-    unix_lines(&format!("/*\n{LICENCE}*/\n{UPLOT_STYLE}\n{STYLE}"))
+    unix_lines(&format!("/*!\n{LICENCE}*/\n{UPLOT_STYLE}\n{STYLE}"))
 }
 
 /// All in one function: nothing of it meets what the page has.
 fn script_with(last: (&str, &str)) -> anyhow::Result<String> {
     let modules = bundle(&[MODULES, &[last]].concat())?;
-    let text = format!("(() => {{\n\"use strict\";\n/*\n{LICENCE}*/\n{UPLOT}\n{modules}}})();\n");
+    let text = format!("(() => {{\n\"use strict\";\n/*!\n{LICENCE}*/\n{UPLOT}\n{modules}}})();\n");
     Ok(unix_lines(&text))
 }
 
