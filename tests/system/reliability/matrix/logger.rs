@@ -64,7 +64,8 @@ impl log::Log for Logger {
         }
         let line = record.args().to_string();
         let expired = Error::WatchdogExpired { limit: PANICS_AT }.to_string();
-        let panics = line == expired;
+        // Behind the name of the controller.
+        let panics = line.ends_with(&expired);
         let mut state = self.state();
         state.panicked |= panics;
         if line.contains(LONG_GUARD) {
