@@ -337,20 +337,12 @@ impl End {
         match self {
             Self::Stopped => {}
             Self::Left => notice!(Info, "{client} has left"),
-            Self::Idle => {
-                notice!(Warn, "{client} is cut off: it sent no command")
-            }
+            Self::Idle => notice!(Warn, "{client} is cut off: it sent no command"),
             Self::Unread => notice!(Warn, "{client} is cut off: it reads no responses"),
-            Self::Misbehaved(what) => {
-                notice!(Warn, "{client} is cut off: {what}")
-            }
-            Self::EndsProgram(why) => {
-                notice!(Warn, "the controller's program ends: {why}")
-            }
+            Self::Misbehaved(what) => notice!(Warn, "{client} is cut off: {what}"),
+            Self::EndsProgram(why) => notice!(Warn, "the controller's program ends: {why}"),
             Self::Closed(reason) => notice!(Info, "the connection of {client} is closed: {reason}"),
-            Self::Broken(error) => {
-                notice!(Info, "the connection of {client} broke: {error}")
-            }
+            Self::Broken(error) => notice!(Info, "the connection of {client} broke: {error}"),
         }
     }
 }

@@ -40,8 +40,8 @@ impl InParts {
 
 /// The files of the recording that was made with this name: itself, or its parts in their order.
 pub(super) fn files_of(path: &Path) -> Vec<PathBuf> {
-    let parts = parts_of(path);
-    if path.exists() || parts.is_empty() {
+    let parts = if path.exists() { Vec::new() } else { parts_of(path) };
+    if parts.is_empty() {
         return vec![path.to_owned()];
     }
     parts
