@@ -13,6 +13,7 @@ use hyper_util::client::legacy::connect::HttpConnector;
 use serde_json::{json, Value};
 use tempfile::TempDir;
 
+use super::page::LIMIT;
 use crate::running::Running;
 
 /// Names the browser; then a test without it is a failure.
@@ -127,6 +128,7 @@ impl Driver {
             "browserName": "chrome",
             "goog:chromeOptions": { "binary": browser, "args": args },
             "goog:loggingPrefs": { "browser": "ALL" },
+            "timeouts": { "script": LIMIT.as_millis() },
         }) else {
             unreachable!("it is written as an object above");
         };
