@@ -11,7 +11,7 @@ use ft_transfer_area::{
 use indicatif::ProgressBar;
 use serde_json::{json, Value};
 
-use crate::print;
+use crate::{arguments, print};
 
 const AFTER: &str = "\
 It asks at 192.168.7.2 (USB), 192.168.8.2 (Wi-Fi), 192.168.9.2 (Bluetooth), 127.0.0.1 and at the
@@ -83,8 +83,7 @@ impl Places {
 
 /// An address is not "auto", which has programs search as this command does.
 fn address(given: &str) -> Result<String, &'static str> {
-    let host = given.rsplit_once(':').map_or(given, |(host, _)| host);
-    if host.eq_ignore_ascii_case("auto") {
+    if arguments::is_auto(given) {
         return Err("\"auto\" is no address: without any, this command asks where \"auto\" does");
     }
     Ok(given.to_owned())

@@ -246,8 +246,8 @@ fn what_the_library_says_is_explained_in_the_language_chosen() {
     for (mistake, language, part) in [
         ("lamp/half_of_a_motor", "en", "\nHint: this output is still half of a motor."),
         ("lamp/half_of_a_motor", "de", "\nTipp: Dieser Ausgang ist noch ein halber Motor."),
-        ("lamp/kept_guard", "en", "\nHint: the program holds a guard all the time"),
-        ("lamp/kept_guard", "de", "\nTipp: Das Programm hält einen Guard die ganze Zeit fest"),
+        ("lamp/kept_guard", "en", "\nHint: the program holds a guard for too long"),
+        ("lamp/kept_guard", "de", "\nTipp: Das Programm hält einen Guard zu lange fest"),
         ("thermostat/digital", "de", "\nTipp: Dieser Eingang ist für Taster eingestellt."),
     ] {
         let lesson = mistake.split('/').next().unwrap();

@@ -67,9 +67,9 @@ fn keep(kept: &mut Vec<u8>, part: &[u8]) {
 
 /// What the library's warning of a guard means.
 pub(super) const GUARD: Words = Words::fixed(
-    "the program holds a guard all the time, and the library warns of it above: while it is held, its inputs do not \
+    "the program holds a guard for too long, and the library warns of it above: while it is held, its inputs do not \
      change, and what was written is not sent. Call wait_cycle inside the loop, so that each round has a new guard.",
-    "Das Programm hält einen Guard die ganze Zeit fest, davor warnt die Bibliothek oben: Solange ändern sich seine \
+    "Das Programm hält einen Guard zu lange fest, davor warnt die Bibliothek oben: Solange ändern sich seine \
      Eingänge nicht, und nichts wird gesendet. Rufe wait_cycle in der Schleife auf, dann hat jede Runde einen neuen \
      Guard.",
 );

@@ -222,7 +222,11 @@ impl Survey {
     fn end_gap(&mut self, after_ms: u64) {
         let last = self.unusual.iter_mut().rfind(|moment| moment.kind == Kind::Gap);
         if let Some(gap) = last.filter(|_| self.gaps <= LISTED) {
-            gap.what += &format!("; it was back after {:.2} s", after_ms as f64 / 1e3);
+            let time = match after_ms {
+                0..1000 => format!("{after_ms} ms"),
+                _ => format!("{:.2} s", after_ms as f64 / 1e3),
+            };
+            gap.what += &format!("; it was back after {time}");
         }
     }
 }
