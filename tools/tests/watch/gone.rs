@@ -396,7 +396,8 @@ fn a_controller_that_has_ended_the_connection_is_stopped_at_ctrl_c() {
 #[test]
 fn a_controller_that_does_not_stop_talking_holds_up_nothing() {
     let (listener, address) = listener();
-    let watch = Watch::with_lines(address);
+    // What it says takes a minute to print as lines.
+    let watch = Watch::start(address, &["--no-page"]);
     let (mut controller, program) = Controller::online(&watch, listener);
     drop(program);
     let responses = [&ResponseId::QueryStatus.id().to_le_bytes()[..], &[0; 20]].concat();
@@ -404,7 +405,6 @@ fn a_controller_that_does_not_stop_talking_holds_up_nothing() {
     while controller.stream.write_all(&responses).is_ok() {}
     controller.stream = accept(&controller.listener);
     controller.is_stopped();
-    assert_eq!(outputs_off(&watch).1, true);
 }
 
 /// The responses to the first of many commands say nothing of one that is sent behind them.
