@@ -44,9 +44,9 @@ fn frames_show_rising_numbers_and_end_with_garbage() {
         let frame = camera.receive();
         let CameraFrameHeader { frames_ready, width, height, size_raw, .. } = frame.header;
         assert_eq!((width, height, size_raw), (320, 240, 153_600));
-        // `frames_ready` is 1 if the frame was ready before it was asked for.
+        // Frames are left out when this program or the simulated TXT comes late.
         let number = i32::from(frame.number());
-        assert!(number >= next && (number == next || frames_ready == 1));
+        assert!(number >= next, "{number} after {next}");
         assert!((0..=1).contains(&frames_ready));
         next = number + 1;
         assert_eq!(frame.bytes[..2], [0xFF, 0xD8]);
