@@ -16,6 +16,7 @@ use anyhow::Context;
 use crossbeam_channel::{bounded, Sender};
 use jiff::Zoned;
 
+use crate::interrupt;
 use crate::print::clean;
 use crate::queue::{queue, Put, Take};
 
@@ -74,7 +75,10 @@ pub(crate) fn print(text: &str) {
         }
         Some(queue) => text.lines().for_each(|line| queue.leave(clean(line).into_owned())),
         // A terminal that has been closed is no reason to stop.
-        None => text.lines().for_each(|line| drop(writeln!(io::stderr(), "{}", clean(line)))),
+        None => {
+            let text: String = text.lines().map(|line| format!("{}\n", clean(line))).collect();
+            interrupt::say(move || drop(io::stderr().write_all(text.as_bytes())));
+        }
     }
 }
 

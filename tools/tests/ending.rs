@@ -6,7 +6,7 @@ use std::io::{self, BufRead, BufReader, Write};
 use std::net::SocketAddr;
 use std::process::{Command, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
@@ -223,6 +223,18 @@ fn ends_well(arguments: &[&str], room: usize) -> bool {
 #[test]
 fn a_panel_whose_address_nobody_reads_ends_well() {
     assert!(ends_well(&["panel", "--no-browser"], 0));
+}
+
+#[test]
+fn a_recording_whose_last_words_nobody_reads_ends_well_and_soon() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let begin = Instant::now();
+    assert!(ends_well(&["record", "-o", &path], 0));
+    // Three seconds are theirs; twenty are the most that the end may take.
+    assert!(begin.elapsed() < Duration::from_secs(15), "{:?}", begin.elapsed());
+    let info = said(&recording::run(&["info", &path]));
+    assert!(!info.contains("cut off"), "{info}");
 }
 
 #[test]
