@@ -16,7 +16,7 @@ const DEADLINE: Duration = Duration::from_secs(30);
 pub(crate) struct AtTerminal {
     pub(crate) child: Child,
     /// Where somebody sits.
-    keyboard: File,
+    keyboard: Option<File>,
     /// Where the program is.
     terminal: File,
 }
@@ -44,11 +44,20 @@ impl AtTerminal {
                 Ok(())
             });
         }
-        Self { child: command.spawn().unwrap(), keyboard, terminal }
+        Self { child: command.spawn().unwrap(), keyboard: Some(keyboard), terminal }
+    }
+
+    fn keyboard(&self) -> &File {
+        self.keyboard.as_ref().expect("the terminal is open")
+    }
+
+    /// As its window is closed, or its connection breaks.
+    pub(crate) fn close(&mut self) {
+        self.keyboard = None;
     }
 
     pub(crate) fn press(&mut self, keys: &str) {
-        self.keyboard.write_all(keys.as_bytes()).unwrap();
+        self.keyboard().write_all(keys.as_bytes()).unwrap();
     }
 
     /// Waits until the program has printed this.
@@ -59,14 +68,14 @@ impl AtTerminal {
         while !String::from_utf8_lossy(&seen).contains(text) {
             let printed = String::from_utf8_lossy(&seen);
             assert!(self.is_readable(), "never: {text:?}, only {printed}");
-            self.keyboard.read_exact(&mut byte).unwrap();
+            self.keyboard().read_exact(&mut byte).unwrap();
             seen.push(byte[0]);
         }
     }
 
     /// Waits until there is something to read.
     fn is_readable(&self) -> bool {
-        let fd = self.keyboard.as_raw_fd();
+        let fd = self.keyboard().as_raw_fd();
         let mut keyboard = libc::pollfd { fd, events: libc::POLLIN, revents: 0 };
         // SAFETY: the place is this function's.
         unsafe { libc::poll(&mut keyboard, 1, DEADLINE.as_millis() as libc::c_int) == 1 }
@@ -81,7 +90,9 @@ impl AtTerminal {
                 return status;
             }
             assert!(begun.elapsed() < DEADLINE, "the program does not end");
-            self.press(keys);
+            if !keys.is_empty() {
+                self.press(keys);
+            }
             thread::sleep(Duration::from_millis(20));
         }
     }

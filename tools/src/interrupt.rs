@@ -23,6 +23,8 @@ const END: Duration = Duration::from_secs(20);
 /// The exit status after a second Ctrl-C, as that of a program which the first one kills.
 const STATUS: i32 = 130;
 
+/// There was a signal.
+static ASKED: AtomicBool = AtomicBool::new(false);
 /// There was a second signal.
 static AGAIN: AtomicBool = AtomicBool::new(false);
 /// How much drives.
@@ -110,6 +112,7 @@ impl Asked {
         match *first {
             None => {
                 *first = Some(Instant::now());
+                ASKED.store(true, Ordering::SeqCst);
                 let _ = self.sender.try_send(());
                 // Without the thread, there is still the second one.
                 let _ = thread::Builder::new().name("end".to_owned()).spawn(end_in_time);
@@ -186,6 +189,14 @@ fn end_in_time() {
         lines::flush();
     });
     process::exit(1);
+}
+
+/// Says something. After Ctrl-C these are last words, which have a limit: then `None` says that nobody reads them.
+pub(crate) fn say<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
+    match ASKED.load(Ordering::SeqCst) {
+        true => in_time(work),
+        false => Some(work()),
+    }
 }
 
 /// Does what a disk, a pipe or a terminal may block. `None` when that takes too long: then it is left to itself.

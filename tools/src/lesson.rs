@@ -7,7 +7,7 @@ use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::names::Names;
 use crate::panel::pages::{self, PageAt};
-use crate::{check, interrupt, print};
+use crate::{check, interrupt, lines, print};
 
 const AFTER: &str = "\
 The page has the task, the machine and the steps of the check side by side. Press Check on it and
@@ -41,6 +41,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
+    lines::never_wait_to_log()?;
     let builder = SimulatedTxt::builder().bind(args.bind).port(args.port);
     let desk = check::desk(&args.lesson, builder, String::new())?;
     print::line(format_args!("program {}", desk.address()))?;

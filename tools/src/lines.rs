@@ -1,4 +1,5 @@
-//! Lines for the person at the screen from a program that moves motors, written by a thread of their own.
+//! Lines for the person at the screen from a program that moves motors or simulates a TXT, written by a thread of their
+//! own.
 //!
 //! A terminal that is paused (Ctrl-S), and a pipe that nobody reads, block whoever writes to them. Here this is only
 //! that thread: everybody else leaves a line and goes on. What there is no room for is counted.
@@ -15,6 +16,7 @@ use anyhow::Context;
 use crossbeam_channel::{bounded, Sender};
 use jiff::Zoned;
 
+use crate::interrupt;
 use crate::print::clean;
 use crate::queue::{queue, Put, Take};
 
@@ -31,6 +33,7 @@ static QUEUE: OnceLock<Queue> = OnceLock::new();
 
 struct Queue {
     entries: Put<Entry>,
+    has_times: bool,
     /// Lines for which there was no room.
     dropped: AtomicU64,
 }
@@ -43,12 +46,21 @@ enum Entry {
 
 /// From now on nobody waits for the terminal, and each line has its time. Also for messages of panics.
 pub(crate) fn never_wait() -> anyhow::Result<()> {
+    begin(true)
+}
+
+/// The same without times, for a simulated TXT: what it logs holds up no client, and no page that looks at it.
+pub(crate) fn never_wait_to_log() -> anyhow::Result<()> {
+    begin(false)
+}
+
+fn begin(has_times: bool) -> anyhow::Result<()> {
     let (entries, to_write) = queue(ROOM);
     thread::Builder::new()
         .name("lines".to_owned())
         .spawn(move || write(&to_write, &mut io::stderr()))
         .context("the operating system could not start a thread")?;
-    if QUEUE.set(Queue { entries, dropped: AtomicU64::new(0) }).is_ok() {
+    if QUEUE.set(Queue { entries, has_times, dropped: AtomicU64::new(0) }).is_ok() {
         panic::set_hook(Box::new(|panic| print(&panic.to_string())));
     }
     Ok(())
@@ -57,12 +69,16 @@ pub(crate) fn never_wait() -> anyhow::Result<()> {
 /// Prints a text, without control characters that came from others. Its lines stay lines.
 pub(crate) fn print(text: &str) {
     match QUEUE.get() {
-        Some(queue) => {
+        Some(queue) if queue.has_times => {
             let now = Zoned::now().strftime("%Y-%m-%d %H:%M:%S%.3f").to_string();
             text.lines().for_each(|line| queue.leave(format!("{now} {}", clean(line))));
         }
+        Some(queue) => text.lines().for_each(|line| queue.leave(clean(line).into_owned())),
         // A terminal that has been closed is no reason to stop.
-        None => text.lines().for_each(|line| drop(writeln!(io::stderr(), "{}", clean(line)))),
+        None => {
+            let text: String = text.lines().map(|line| format!("{}\n", clean(line))).collect();
+            interrupt::say(move || drop(io::stderr().write_all(text.as_bytes())));
+        }
     }
 }
 
@@ -252,7 +268,7 @@ mod tests {
     #[test]
     fn lines_without_room_are_counted_where_they_are_missing() {
         let (entries, to_write) = queue(1000);
-        let queue = Queue { entries, dropped: AtomicU64::new(0) };
+        let queue = Queue { entries, has_times: false, dropped: AtomicU64::new(0) };
         let long = "x".repeat(400);
         (0..5).for_each(|line| queue.leave(format!("{line} {long}")));
         for expected in 0..2 {

@@ -9,10 +9,17 @@ use anyhow::Context;
 use nix::errno::Errno;
 use serde::Serialize;
 
-/// Prints a line, or several. A reader that has seen enough, such as `head`, is not an error.
+use crate::interrupt;
+
+/// Prints a line, or several. A reader that has seen enough, such as `head`, is not an error; nor is one that reads no
+/// last words.
 pub(crate) fn line(text: impl Display) -> anyhow::Result<()> {
-    let mut out = io::stdout().lock();
-    match writeln!(out, "{}", clean_lines(&text.to_string())).and_then(|()| out.flush()) {
+    let text = clean_lines(&text.to_string());
+    let write = move || {
+        let mut out = io::stdout().lock();
+        writeln!(out, "{text}").and_then(|()| out.flush())
+    };
+    match interrupt::say(write).unwrap_or(Ok(())) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         done => done.context("can't write the output"),
     }

@@ -3,9 +3,10 @@
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, Write};
+use std::net::SocketAddr;
 use std::process::{Command, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
@@ -80,6 +81,42 @@ fn a_pipe_that_nobody_opens_is_left_at_ctrl_c() {
         thread::sleep(Duration::from_millis(100));
         running.signal("INT");
         assert!(!running.end().status.success());
+    }
+}
+
+/// A simulated TXT warns of what clients do wrong, each time in this way of its own: here of an exchange without a
+/// configuration.
+fn exchanges_oddly(with: SocketAddr) {
+    let mut client = KitClient::without_configuration(with);
+    (0..20).for_each(|duty| client.simple_exchange([duty; 8]));
+}
+
+#[test]
+fn warnings_that_nobody_reads_hold_up_no_simulated_controller() {
+    let (folder, (path, _pipe)) = full_pipe();
+    let recorded = in_folder(&folder, "run.mcap");
+    recording::run(&["record", "--simulate", "-o", &recorded, "--seconds", "0.5"]);
+    for arguments in [
+        &["simulate", "--port", "0"][..],
+        &["lesson", "--port", "0", "--no-browser"],
+        &["classroom", "2", "--port", "0"],
+        &["replay", &recorded, "--port", "0"],
+    ] {
+        let mut command = recording::txt(arguments);
+        let running =
+            Running::start(command.stderr(File::options().write(true).open(&path).unwrap()));
+        let addresses = |line: &String| -> Vec<SocketAddr> {
+            // Pages have a path, too.
+            line.split([' ', ','])
+                .filter_map(|word| word.trim_end_matches('.').parse().ok())
+                .collect()
+        };
+        let lines = std::iter::from_fn(|| Some(running.line()));
+        let count = if arguments[0] == "classroom" { 2 } else { 1 };
+        let pupils = lines.flat_map(|line| addresses(&line)).take(count).collect::<Vec<_>>();
+        pupils.into_iter().for_each(exchanges_oddly);
+        running.signal("INT");
+        assert!(running.end().status.success(), "{arguments:?}");
     }
 }
 
@@ -186,6 +223,18 @@ fn ends_well(arguments: &[&str], room: usize) -> bool {
 #[test]
 fn a_panel_whose_address_nobody_reads_ends_well() {
     assert!(ends_well(&["panel", "--no-browser"], 0));
+}
+
+#[test]
+fn a_recording_whose_last_words_nobody_reads_ends_well_and_soon() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let begin = Instant::now();
+    assert!(ends_well(&["record", "-o", &path], 0));
+    // Three seconds are theirs; twenty are the most that the end may take.
+    assert!(begin.elapsed() < Duration::from_secs(15), "{:?}", begin.elapsed());
+    let info = said(&recording::run(&["info", &path]));
+    assert!(!info.contains("cut off"), "{info}");
 }
 
 #[test]

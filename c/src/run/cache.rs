@@ -1,7 +1,8 @@
 //! Compiled files of earlier runs, in the user's folder for caches.
 //!
 //! An entry is one file, which is replaced as a whole, so several `tx_run` may use the cache at once. Its name is the
-//! [`Key`] of all that the compiled file depends on. One that is damaged does not count.
+//! [`Key`] of all that the compiled file depends on. One that is damaged, or has the name of
+//! another one, does not count.
 
 use std::env;
 use std::fs::{self, DirBuilder, File};
@@ -16,7 +17,7 @@ use crate::read;
 use crate::say;
 
 /// The beginning of each entry: another version of this program may have another form.
-const BEGINNING: &[u8] = b"tx_run 3\n";
+const BEGINNING: &[u8] = b"tx_run 4\n";
 /// How much is kept: some programs of the size of a factory.
 const LIMIT: u64 = 512 << 20;
 /// When a file that was not finished belongs to nobody any more.
@@ -64,7 +65,7 @@ impl Cache {
         let place = self.place(key)?;
         own::check_entry(&place).ok()?;
         let entry = fs::read(&place).ok()?;
-        let entry = Entry::parse(&entry)?;
+        let entry = Entry::parse(key, &entry)?;
         fs::write(object, entry.object).ok()?;
         // What was used last is kept longest. One that can't be touched is only younger than it should be.
         let _ = File::options().write(true).open(place).and_then(|it| it.set_modified(self.begun));
@@ -81,7 +82,7 @@ impl Cache {
             read::more(File::open(object)?, &mut rest)?;
             let mut file = tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder)?;
             file.write_all(BEGINNING)?;
-            file.write_all(format!("{:032x}\n", XxHash3_128::oneshot(&rest)).as_bytes())?;
+            file.write_all(format!("{:032x}\n", check_of(key, &rest)).as_bytes())?;
             file.write_all(&rest)?;
             file.persist(place)?;
             Ok(())
@@ -142,15 +143,23 @@ struct Entry<'a> {
 }
 
 impl<'a> Entry<'a> {
-    fn parse(bytes: &'a [u8]) -> Option<Self> {
+    fn parse(key: Key, bytes: &'a [u8]) -> Option<Self> {
         let (check, rest) = line_of(bytes.strip_prefix(BEGINNING)?)?;
-        if u128::from_str_radix(check, 16).ok()? != XxHash3_128::oneshot(rest) {
+        if u128::from_str_radix(check, 16).ok()? != check_of(key, rest) {
             return None;
         }
         let (length, rest) = line_of(rest)?;
         let (messages, object) = rest.split_at_checked(length.parse().ok()?)?;
         Some(Self { messages, object })
     }
+}
+
+/// Shows whether what is kept under this key is damaged, or belongs to another one.
+fn check_of(key: Key, rest: &[u8]) -> u128 {
+    let mut hasher = XxHash3_128::new();
+    hasher.write(&key.0.to_le_bytes());
+    hasher.write(rest);
+    hasher.finish_128()
 }
 
 /// The first line, and what follows it.

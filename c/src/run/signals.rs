@@ -199,13 +199,18 @@ mod unix {
         known && action.sa_sigaction == libc::SIG_IGN
     }
 
-    /// Whether a child got this signal itself: a terminal sends it to all of the group in front.
+    /// Whether a child got this signal itself: a terminal sends it to all of the group in front. Only that it was closed
+    /// it tells the first process of its session alone, which the shell is, or this one, as behind `ssh -t`.
     fn got_it_too(came: &libc::siginfo_t, process: libc::pid_t) -> bool {
         /// `SI_KERNEL`
         const FROM_TERMINAL: i32 = 0x80;
         let is_of_terminal = cfg!(target_os = "linux") && came.si_code == FROM_TERMINAL;
         // SAFETY: calls without pointers.
-        is_of_terminal && process > 0 && unsafe { libc::getpgid(process) == libc::getpgrp() }
+        let (is_first, is_in_group) = unsafe {
+            (libc::getsid(0) == libc::getpid(), libc::getpgid(process) == libc::getpgrp())
+        };
+        let is_for_all = came.si_signo != SIGHUP || !is_first;
+        is_of_terminal && is_for_all && process > 0 && is_in_group
     }
 
     /// Also to one that is suspended.

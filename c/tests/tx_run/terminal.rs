@@ -1,6 +1,6 @@
-//! The terminal is as it was before, however a program ends.
+//! The terminal is as it was before, however a program ends; and a program ends with its terminal.
 
-use super::support::{has_compiler, program, tx_run};
+use super::support::{has_compiler, program, tx_run, txt, wait_for};
 use crate::terminal::AtTerminal;
 
 /// A program that has changed the settings, and got the key `q`.
@@ -29,4 +29,23 @@ fn a_program_that_does_not_put_the_settings_of_the_terminal_back_leaves_them_as_
     // A second one ends it.
     assert_eq!(run.end("\x03").code(), Some(1));
     assert!(run.has_lines());
+}
+
+/// As a window that is closed, or the connection of `ssh -t` that breaks: the system tells only the first process.
+#[test]
+fn a_closed_terminal_ends_the_program_that_it_was_opened_for() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    for name in ["motor.c", "pc.c"] {
+        let mut command = tx_run(&["--host", &txt.address().to_string()]);
+        let mut run = AtTerminal::start(command.arg(program(name)));
+        wait_for(&txt, "M1 turns", |machine| machine.controllers[0].outputs.duty[0] != 0);
+        run.close();
+        assert_eq!(run.end("").code(), Some(1), "{name}");
+        wait_for(&txt, "M1 stands", |machine| {
+            !machine.online() && machine.controllers[0].outputs.duty == [0; 8]
+        });
+    }
 }

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 ///
 /// A recording into `run.mcap` has the files `run-0001.mcap`, `run-0002.mcap` and so on. It never replaces a file: if
 /// there are some of an earlier recording, it goes on with the number after the highest one. It deletes only files
-/// that it has made itself.
+/// that it has made itself: what somebody has put in the place of one stays, unless it has the same size.
 ///
 /// Each part can be read without the others: it begins with the name of the controller and its firmware, as
 /// [`Transfer::Began`](crate::Transfer::Began). Each cycle is in exactly one part.
@@ -129,7 +129,12 @@ impl Files {
         while all.saturating_add(bytes) > keep {
             let Some((oldest, size)) = self.made.pop_front() else { return };
             all -= size;
-            match fs::remove_file(&oldest) {
+            // Somebody has moved it away, and one of another size has its name by now: another recording, or a link.
+            let removed = fs::symlink_metadata(&oldest).and_then(|file| match file.len() == size {
+                true => fs::remove_file(&oldest),
+                false => Err(io::Error::other("it is another file now")),
+            });
+            match removed {
                 Ok(()) => {}
                 Err(error) if error.kind() == ErrorKind::NotFound => {}
                 Err(error) => log::warn!("{} can't be deleted: {error}", oldest.display()),
@@ -166,7 +171,8 @@ mod tests {
         let parts = Parts::of_bytes(1 << 40).keep(320_000);
         let mut files = Files::beside(&folder.path().join("run.mcap"), parts).unwrap();
         for _ in 0..5 {
-            let (path, _) = files.make().unwrap();
+            let (path, file) = files.make().unwrap();
+            file.set_len(100_000).unwrap();
             assert!(!files.is_full(159_999) && files.is_full(160_000), "half of what is kept");
             files.done(path, 100_000);
             files.delete_oldest(50_000);
@@ -176,6 +182,23 @@ mod tests {
         let others = ["other-0009.mcap", "run-0007.mcap"];
         let expected = [&others[..], &own, &["run-x.mcap", "run.mcap"]].concat();
         assert_eq!(names(folder.path()), expected);
+    }
+
+    #[test]
+    fn what_has_the_name_of_a_part_that_was_moved_away_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let parts = Parts::of_bytes(1 << 40).keep(100_000);
+        let mut files = Files::beside(&folder.path().join("run.mcap"), parts).unwrap();
+        let made = [(); 3].map(|()| {
+            let (path, file) = files.make().unwrap();
+            file.set_len(100_000).unwrap();
+            files.done(path.clone(), 100_000);
+            path
+        });
+        fs::rename(&made[1], folder.path().join("kept.mcap")).unwrap();
+        fs::write(&made[1], "another recording").unwrap();
+        files.delete_oldest(0);
+        assert_eq!(names(folder.path()), ["kept.mcap", "run-0002.mcap"]);
     }
 
     #[test]

@@ -17,7 +17,7 @@ use self::kept::Kept;
 use self::sheet::Part;
 use crate::check::{self, Desk};
 use crate::panel::pages::{Pages, Simulated};
-use crate::{arguments, interrupt, open_files, print, web};
+use crate::{arguments, interrupt, lines, open_files, print, web};
 
 /// How many ports each simulated TXT has.
 const PORTS: u16 = 3;
@@ -77,6 +77,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
+    lines::never_wait_to_log()?;
     let mut class = read_class(args)?;
     let port = first_port(args, &class)?;
     open_files::check(class.pupils.len());

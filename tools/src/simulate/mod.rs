@@ -11,13 +11,14 @@ use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::panel::pages::{self, Simulated};
 use crate::web::browser::Opening;
-use crate::{interrupt, print};
+use crate::{interrupt, lines, print};
 
 pub(crate) use options::Args;
 
 /// Serves clients until Ctrl-C.
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
+    lines::never_wait_to_log()?;
     let (worlds, show, opens_browser) = (args.worlds(), args.show, !args.no_browser);
     let txts = Arc::new(args.start()?);
     for (name, txt) in txts.iter() {

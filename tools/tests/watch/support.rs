@@ -155,16 +155,27 @@ impl KitClient {
 
     /// The same without a question for name and version.
     pub(super) fn without_question(stream: TcpStream) -> Self {
-        let mut client = Self { stream, compressor: Compressor::new(), received: Vec::new() };
+        let mut client = Self::started(stream);
         let mut packet = Vec::new();
-        StartOnline::new().emit(&mut packet);
-        client.ask(&packet, 4);
         for extension_id in 0..9 {
             let update = UpdateConfig { config_id: 1, extension_id, config: Config::default() };
             packet.clear();
             update.emit(&mut packet);
             client.ask(&packet, 4);
         }
+        client
+    }
+
+    /// Goes online and configures nothing.
+    pub(crate) fn without_configuration(to: SocketAddr) -> Self {
+        Self::started(connect(to))
+    }
+
+    fn started(stream: TcpStream) -> Self {
+        let mut client = Self { stream, compressor: Compressor::new(), received: Vec::new() };
+        let mut packet = Vec::new();
+        StartOnline::new().emit(&mut packet);
+        client.ask(&packet, 4);
         client
     }
 

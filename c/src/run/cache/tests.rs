@@ -60,7 +60,10 @@ fn a_damaged_entry_is_none() {
         fs::write(&place, other).unwrap();
         assert_eq!(made.take(KEY), None, "{length}");
     }
-    fs::remove_file(&place).unwrap();
+    // That of another key.
+    fs::write(&place, whole).unwrap();
+    fs::rename(&place, cache.place(Key(8)).unwrap()).unwrap();
+    assert_eq!(made.take(Key(8)), None);
     fs::create_dir(&place).unwrap();
     assert_eq!(made.take(KEY), None);
     // It can't be replaced either, which is not an error.

@@ -18,7 +18,7 @@ use super::in_parts::ensure_is_one;
 use super::part::Part;
 use super::survey::Survey;
 use super::whole::say_what_is_damaged;
-use crate::{interrupt, print};
+use crate::{interrupt, lines, print};
 use player::{Player, Run};
 
 /// How often to check whether a program has left, or a gap is over.
@@ -72,6 +72,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         );
     }
     let interrupted = interrupt::receiver()?;
+    lines::never_wait_to_log()?;
     let mut player = Player::open(args.file.clone(), part.clone(), !args.fast)?;
     let file = args.file.display();
     anyhow::ensure!(player.has_cycles()?, "{file} has no cycle in this time");
