@@ -15,7 +15,7 @@ use ft_transfer_area::FirmwareVersion;
 
 use crate::memory::{Area, AreaArray, Places, AREAS};
 use crate::supply::Supply;
-use commands::{ContinuedId, MotorCommand, SoundCommand};
+use commands::{ContinuedId, MotorCommand};
 
 /// The program runs on the controller, as far as it knows.
 pub(crate) const DEV_MODE_LOCAL: u8 = 0;
@@ -60,7 +60,7 @@ struct Known {
     config_id: Option<u8>,
     counters: [ContinuedId; 4],
     motors: [MotorCommand; 4],
-    sound: SoundCommand,
+    sound: ContinuedId,
     online: bool,
 }
 
@@ -75,6 +75,11 @@ impl<A: Area> Mirror<A> {
     pub(crate) fn on_txt(array: Arc<AreaArray<A>>) -> Self {
         let supply = Some(Supply::of_environment());
         Self { supply, ..Self::new(array, DEV_MODE_LOCAL) }
+    }
+
+    /// Whether the program runs on a TXT itself, as far as it knows.
+    pub(crate) fn is_on_txt(&self) -> bool {
+        self.supply.is_some()
     }
 
     /// For the same areas and a handler that has not sent their configuration.
@@ -94,7 +99,7 @@ impl<A: Area> Mirror<A> {
             let places = self.array.places(index);
             // The id first: the program raises it when the configuration is written.
             self.known[index].config_id = Some(self.array.load(places.config_id));
-            area.config = sent::<A>(self.array.load(places.config), self.supply.is_some());
+            area.config = sent::<A>(self.array.load(places.config), self.is_on_txt());
             area.raise_config_id();
         }
     }
@@ -102,7 +107,7 @@ impl<A: Area> Mirror<A> {
     /// Writes what stays as it is while a controller is online: its name, its firmware, and where the program
     /// runs.
     pub(crate) fn introduce(&self, name: &str, firmware: FirmwareVersion) {
-        if self.supply.is_some() {
+        if self.is_on_txt() {
             return;
         }
         for index in 0..AREAS {
@@ -217,10 +222,7 @@ impl<A: Area> Mirror<A> {
         }
         let mut txt_inputs = area.txt_inputs;
         let id = txt_inputs.sound_cmd_id;
-        txt_inputs.sound_cmd_id = match self.supply {
-            Some(_) => known.sound.receive_on_txt(id),
-            None => known.sound.receive(id),
-        };
+        txt_inputs.sound_cmd_id = known.sound.receive(id, id).0;
 
         let fields = InputFields::of(places.input);
         let change = change(&array.load(places.input), &input);
@@ -298,7 +300,7 @@ impl<A: Area> Mirror<A> {
                 }
             }
             let mut txt_outputs = array.load(places.txt_outputs);
-            let sound = known.sound.send(txt_outputs.sound_cmd_id, txt_outputs.sound_index);
+            let sound = known.sound.send(txt_outputs.sound_cmd_id);
             txt_outputs.sound_cmd_id = sound.unwrap_or(area.txt_outputs.sound_cmd_id);
             area.txt_outputs = txt_outputs;
         }
@@ -306,7 +308,7 @@ impl<A: Area> Mirror<A> {
 
     /// Says in each area how the transfer stands: `TA_STATUS_STOP`, `TA_STATUS_RUN` or `TA_STATUS_SYNC`.
     pub(crate) fn set_status(&self, status: u8) {
-        if self.supply.is_some() {
+        if self.is_on_txt() {
             return;
         }
         for index in 0..AREAS {

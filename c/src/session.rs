@@ -106,11 +106,16 @@ impl<A: Area> ProgramSession<A> {
         settings: &SessionSettings,
         listener: Option<Listener>,
     ) -> Result<Self, Error> {
-        let handler = host::handler(&settings.host)
+        let builder = host::handler(&settings.host)
             .areas(settings.areas)
             .mode(settings.mode)
-            .watchdog(CALLBACK_LIMIT)
-            .build()?;
+            .watchdog(CALLBACK_LIMIT);
+        let handler = match mirror.is_on_txt() {
+            // A program on a TXT never has an answer when it ends a sound while none plays.
+            true => builder.silence_as_reported(),
+            false => builder,
+        }
+        .build()?;
         let is_local = settings.dev_mode == DEV_MODE_LOCAL;
         let shared = SessionParts {
             handler,

@@ -20,6 +20,8 @@ pub(super) struct Commands {
     areas: [AreaCommands; MAX_AREAS],
     /// Whether silence is sent where a sound may play.
     ends_sounds: bool,
+    /// Whether the inputs tell which commands are silence.
+    tells_silence: bool,
 }
 
 #[derive(Clone, Debug, Default)]
@@ -68,6 +70,11 @@ impl Commands {
         self.ends_sounds = true;
     }
 
+    /// Whether the inputs tell which commands are silence.
+    pub(super) fn tell_silence(&mut self, tells: bool) {
+        self.tells_silence = tells;
+    }
+
     /// Changes an area's outputs where the firmware would mistake them.
     pub(super) fn send(&mut self, index: usize, outputs: &mut ExchangeData) {
         let AreaCommands { motors, resets, sound } = &mut self.areas[index];
@@ -80,18 +87,18 @@ impl Commands {
     pub(super) fn receive<'a>(&mut self, report: impl Iterator<Item = Option<AreaReport<'a>>>) {
         for (commands, report) in self.areas.iter_mut().zip(report) {
             if let Some(report) = report {
-                commands.receive(report);
+                commands.receive(report, self.tells_silence);
             }
         }
     }
 }
 
 impl AreaCommands {
-    fn receive(&mut self, AreaReport { data, silence }: AreaReport<'_>) {
+    fn receive(&mut self, AreaReport { data, silence }: AreaReport<'_>, tells_silence: bool) {
         let Self { motors, resets, sound } = self;
         motors.receive(data.motor_command_id);
         resets.receive(data.counter_reset_id);
-        *silence = sound.is_silence.then_some(sound.id);
+        *silence = (tells_silence && sound.is_silence).then_some(sound.id);
         if sound.is_ended {
             // Whether the sound was done is known by the caller.
             data.sound_command_id = sound.id;
@@ -177,7 +184,7 @@ mod tests {
 
     /// The controller says this about the area with this index.
     fn receive(commands: &mut Commands, index: usize, data: &mut ExchangeDataResponse) {
-        commands.areas[index].receive(AreaReport { data, silence: &mut None });
+        commands.areas[index].receive(AreaReport { data, silence: &mut None }, true);
     }
 
     /// What is sent for these ids of a motor, one exchange each, when the controller reports this one.

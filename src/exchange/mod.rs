@@ -176,6 +176,11 @@ impl Exchange {
         self.commands.end_sounds();
     }
 
+    /// Whether the inputs tell which commands are silence, so that [`Inputs::finish_silence`] can report them as done.
+    pub(crate) fn tell_silence(&mut self, tells: bool) {
+        self.commands.tell_silence(tells);
+    }
+
     /// What is sent for the area with this index (0 the master).
     fn sent(&mut self, index: usize, area: &impl Sends) -> ExchangeData {
         let mut outputs = self.outputs.of(index, area);

@@ -170,6 +170,15 @@ impl TransferAreaComHandlerBuilder {
         self
     }
 
+    /// Leaves it to the controller when silence is done. The maker's firmware 4.7.0 (measured under emulation) never
+    /// says that while nothing plays.
+    #[cfg(feature = "__structs")]
+    #[doc(hidden)]
+    pub fn silence_as_reported(mut self) -> Self {
+        self.settings.silence_is_done = false;
+        self
+    }
+
     /// Stops all motors when the program shows no sign of life for `limit`, 1 ms to an hour. Off by default,
     /// because a correct program may sleep while a motor runs.
     ///

@@ -22,6 +22,8 @@ pub(crate) struct Settings {
     pub(crate) reaction_window: Duration,
     /// Whether time moves only while the program waits.
     pub(crate) lock_step: bool,
+    /// Whether silence is done with the next response, whatever the controller says.
+    pub(crate) silence_is_done: bool,
     /// `None` switches it off.
     pub(crate) watchdog: Option<Duration>,
     /// For how long to try to re-establish a lost connection; `None` ends the transfer.
@@ -42,6 +44,7 @@ impl Settings {
             limits: TimeLimits::default(),
             reaction_window: Duration::from_millis(5),
             lock_step: false,
+            silence_is_done: true,
             watchdog: None,
             reconnect: None,
         }

@@ -90,6 +90,10 @@ impl Kit {
 
     /// Reports an error unless it is the one that was reported last. Whether all is well.
     pub(super) fn report(&self, result: Result<(), Failure>) -> bool {
+        if result.is_err() && exit::check_goes_on().is_err() {
+            // The program goes on for a moment while a signal ends its transfer: it has made no mistake.
+            return false;
+        }
         let mut reported = self.reported.lock();
         let error = result.err();
         if let Some(Failure(sentence)) = error.as_ref().filter(|_| *reported != error) {

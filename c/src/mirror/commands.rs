@@ -86,49 +86,6 @@ impl ContinuedId {
     }
 }
 
-/// The command of a sound.
-#[derive(Clone, Copy, Default)]
-pub(super) struct SoundCommand {
-    pub(super) id: ContinuedId,
-    /// Perhaps: a file that does not exist counts, too.
-    plays: bool,
-    /// Whether the last command has ended a sound while none played.
-    is_idle: bool,
-}
-
-impl SoundCommand {
-    /// A transfer begins, as in [`ContinuedId::begin`].
-    pub(super) fn begin(&mut self, given: u16, echo: u16) {
-        *self = Self { id: self.id, ..Self::default() };
-        self.id.begin(given, echo);
-    }
-
-    /// Takes the program's command; returns the id to send.
-    pub(super) fn send(&mut self, id: u16, index: u16) -> Option<u16> {
-        if self.id.is_new(id) {
-            self.is_idle = index == 0 && !self.plays;
-            self.plays = index != 0;
-        }
-        self.id.send(id)
-    }
-
-    /// The program's view of an id that came back.
-    pub(super) fn receive(&mut self, echo: u16) -> u16 {
-        let (received, is_done) = self.id.receive(echo, self.id.sent());
-        self.plays &= !is_done;
-        received
-    }
-
-    /// The same for a program on a TXT, which never has an answer when it ends a sound while none plays. This library's
-    /// handler reports that as done.
-    pub(super) fn receive_on_txt(&mut self, echo: u16) -> u16 {
-        match self.is_idle {
-            true => self.id.received,
-            false => self.receive(echo),
-        }
-    }
-}
-
 /// A `master` above this one makes the distance an error that is injected.
 const LAST_MASTER: u8 = 4;
 

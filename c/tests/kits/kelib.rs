@@ -378,7 +378,7 @@ fn to_end_a_sound_is_answered_only_if_one_plays() {
     let running = Running::with(program, &txt, &["end sounds"]);
     let ended = running.end();
     ended.well();
-    assert_eq!(ended.out, "0 0\n");
+    assert_eq!(ended.out, "0 0 3 3 3 3 7 8 \n");
 }
 
 #[test]

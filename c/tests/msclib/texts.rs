@@ -88,8 +88,13 @@ fn transfers_are_counted() {
         it
     };
     wait("ten exchanges", || statistic()[0] >= 10);
+    let [.., shortest, longest] = statistic();
     ResetTrapStatistic(device.0);
-    assert!(statistic()[0] < 10);
+    let [exchanges, configurations, _, _, shortest_now, longest_now] = statistic();
+    assert!(exchanges < 10);
+    assert_eq!(configurations, 0);
+    // The times are those of the whole transfer.
+    assert!(shortest_now <= shortest && longest_now >= longest);
     assert!(statistic()[4] <= statistic()[5]);
     let null = null_mut();
     assert_eq!(GetTrapStatistic(device.0, null, null, null, null, null, null), INVALID_PARAM);

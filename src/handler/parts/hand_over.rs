@@ -159,6 +159,7 @@ mod tests {
     /// The id of the sound that is done, after a response to the areas' outputs that says 0.
     fn done_sound(hand_over: &mut HandOver, areas: &[impl Sends]) -> u16 {
         let mut exchange = Exchange::new(TransferMode::Simple, FirmwareVersion::OLDEST_SUPPORTED);
+        exchange.tell_silence(true);
         exchange.request_of(areas, &mut Vec::new()).unwrap();
         let mut response = Vec::new();
         ExchangeDataResponse::default().emit(&mut response);

@@ -79,6 +79,7 @@ pub(crate) fn connect(
     });
     client.start_online()?;
     let mut exchange = Exchange::new(settings.mode, version);
+    exchange.tell_silence(settings.silence_is_done);
     let config_updates = client.update_configs(&mut exchange, &shared.outgoing())?;
     Ok((Link { client, exchange }, config_updates))
 }

@@ -325,22 +325,25 @@ static int start_after_i2c()
     return StopTxtDownloadProg() != 1;
 }
 
-// Ends a sound while none plays, and one that plays.
-static int end_sounds(FISH_X1_TRANSFER *area)
+// Plays a sound, or ends one with index 0; the id that has come back 0.2 s later.
+static int sound(FISH_X1_TRANSFER *area, int index)
 {
-    area->sTxtOutputs.u16SoundCmdId++;
-    usleep(200000);
-    printf("%d", area->sTxtInputs.u16SoundCmdId);
-    area->sTxtOutputs.u16SoundIndex = 6;
+    area->sTxtOutputs.u16SoundIndex = index;
     area->sTxtOutputs.u16SoundRepeat = 1000;
     area->sTxtOutputs.u16SoundCmdId++;
     usleep(200000);
-    printf(" %d\n", area->sTxtInputs.u16SoundCmdId);
-    area->sTxtOutputs.u16SoundIndex = 0;
-    area->sTxtOutputs.u16SoundCmdId++;
-    while (area->sTxtInputs.u16SoundCmdId != 3) {
-        usleep(1000);
+    return area->sTxtInputs.u16SoundCmdId;
+}
+
+// Ends a sound while none plays, one that plays, none after a file that does not exist, and one that has taken the
+// place of another.
+static int end_sounds(FISH_X1_TRANSFER *area)
+{
+    const int indexes[] = {0, 6, 0, 99, 0, 6, 7, 0};
+    for (int i = 0; i < 8; i++) {
+        printf("%d ", sound(area, indexes[i]));
     }
+    printf("\n");
     return 0;
 }
 
