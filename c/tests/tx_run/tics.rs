@@ -16,8 +16,13 @@ fn there_is_a_tic_every_millisecond_and_the_program_sees_what_the_facts_say() {
     let ended = run_on(&txt, "tics.c", "").end();
     ended.well();
     let tics: f64 = ended.out.trim().parse().expect(&ended.out);
-    // Tics that are skipped on a busy machine are said.
-    assert!((995.0..=1005.0).contains(&tics) || ended.err.contains("skipped"), "{ended:#?}");
+    // On a busy machine tics are skipped, or made up after a delay, which may have been before the first one.
+    let made_up = ended
+        .err
+        .split_once(" of them made up")
+        .and_then(|(before, _)| before.rsplit(' ').next()?.parse::<f64>().ok());
+    let most = 1005.0 + made_up.unwrap_or_default();
+    assert!((995.0..=most).contains(&tics) || ended.err.contains("skipped"), "{ended:#?}");
 }
 
 /// How many changes in a row are answered in the very next request. A program that answers later never has two.
