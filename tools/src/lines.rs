@@ -49,7 +49,8 @@ pub(crate) fn never_wait() -> anyhow::Result<()> {
     begin(true)
 }
 
-/// The same without times, for a simulated TXT: what it logs holds up no client, and no page that looks at it.
+/// The same without times: what a simulated TXT logs holds up no client and no page that looks at it, and a warning
+/// holds up no recording.
 pub(crate) fn never_wait_to_log() -> anyhow::Result<()> {
     begin(false)
 }

@@ -16,6 +16,7 @@ use tempfile::TempDir;
 
 use crate::recording::{self, in_folder, said, DEADLINE};
 use crate::running::Running;
+use crate::watch::away::{at_free_ports, started};
 use crate::watch::slow::Killed;
 use crate::watch::support::{command, listening, logged, KitClient};
 
@@ -145,6 +146,26 @@ fn a_recording_on_a_paused_terminal_ends_in_time_and_at_ctrl_c() {
         let info = said(&recording::run(&["info", &path]));
         assert!(!info.contains("cut off"), "{info}");
     }
+}
+
+#[test]
+fn a_recording_whose_warning_nobody_reads_goes_on_and_ends_whole() {
+    let (folder, (pipe, _pipe)) = full_pipe();
+    let path = in_folder(&folder, "run.mcap");
+    let first = at_free_ports(|port| SimulatedTxt::builder().port(port).device_name("ONE"));
+    let (address, port) = (first.address().to_string(), first.port());
+    let mut record = recording::txt(&["record", &address, "-o", &path]);
+    let running = Running::start(record.stderr(File::options().write(true).open(&pipe).unwrap()));
+    assert!(first.wait_until(|machine| machine.exchanges() > 20, DEADLINE));
+    drop(first);
+    // It warns of another name within a tenth of a second.
+    let second = started(|| SimulatedTxt::builder().port(port).device_name("TWO"));
+    assert!(second.wait_until(|machine| machine.exchanges() > 40, DEADLINE));
+    running.signal("INT");
+    let output = running.end();
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let info = said(&recording::run(&["info", &path]));
+    assert!(!info.contains("cut off"), "{info}");
 }
 
 #[test]

@@ -16,7 +16,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::in_parts::InParts;
 use super::output::{discard, finish, Files, Output};
 use crate::progress::Progress;
-use crate::{arguments, camera, interrupt, print};
+use crate::{arguments, camera, interrupt, lines, print};
 
 /// How often the progress is shown, and the recorder is checked.
 const LOOK: Duration = Duration::from_millis(100);
@@ -97,6 +97,7 @@ fn parse_input(given: &str) -> Result<(Column, UniConfig), String> {
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let mut output = Output::new(args.output.clone(), args.force, args.in_parts.is_wanted())?;
     let interrupted = interrupt::receiver()?;
+    lines::never_wait_to_log()?;
     let reader = output.wait_for_reader(&interrupted)?;
     let simulated = args.simulate.as_deref().map(arguments::simulated).transpose()?;
     let handler = handler(&args, simulated.as_ref())?;
