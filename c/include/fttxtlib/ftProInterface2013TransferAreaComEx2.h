@@ -1,6 +1,6 @@
 /* FtTxtLib's handler: areas of its own, a thread that exchanges them, and callbacks in that thread, after each
-   exchange. A callback may make any call of the handler. One that takes longer than half a second stops the
-   motors and ends the transfer.
+   exchange. A callback may make any call of the handler. While one takes longer than half a second, all outputs
+   are off; then they are on again as the program sets them.
    If the environment variable FT_TXT_HOST is set, it replaces the host and the port that the program gives. */
 #ifndef FT_FTTXTLIB_TRANSFER_AREA_COM_EX2_H
 #define FT_FTTXTLIB_TRANSFER_AREA_COM_EX2_H
@@ -309,7 +309,7 @@ public:
         }
     }
 
-    /* index: 1 to 29 as delivered, 0 stops the sound. repeat: 0 means without end. */
+    /* index: 1 to 29 as delivered, 0 stops the sound. repeat: how often it is played; 0 is once, too. */
     FtErrors SetSound(ShmIfId_TXT shmId, UINT16 index, UINT16 repeat)
     {
         return code(ft_ex2_set_sound(m_handler, shmId, index, repeat));
