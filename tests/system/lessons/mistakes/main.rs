@@ -5,6 +5,7 @@ mod motion;
 mod states;
 
 use std::error::Error;
+use std::io::Read;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
@@ -77,11 +78,13 @@ fn seconds(seconds: f64) {
     std::thread::sleep(Duration::from_secs_f64(seconds));
 }
 
-/// Stops this process in a moment, and lets it go on after so many seconds.
+/// Stops this process, and lets it go on after so many seconds.
 fn stand_still(seconds: u32) -> std::io::Result<()> {
-    let stop_and_go = format!("kill -STOP $PPID; sleep {seconds}; kill -CONT $PPID");
-    std::process::Command::new("sh").args(["-c", &stop_and_go]).spawn()?;
-    Ok(())
+    let stop_and_go = format!("kill -STOP $PPID; echo; sleep {seconds}; kill -CONT $PPID");
+    let mut shell = std::process::Command::new("sh");
+    let shell = shell.args(["-c", &stop_and_go]).stdout(std::process::Stdio::piped()).spawn()?;
+    // On a busy computer the shell begins when what should be disturbed is over, if this goes on meanwhile.
+    shell.stdout.expect("it is piped").read_exact(&mut [0])
 }
 
 /// Whether this is the first program that this check has started.
