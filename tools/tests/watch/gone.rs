@@ -3,6 +3,7 @@
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::process::Stdio;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
@@ -14,8 +15,9 @@ use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 use serde_json::{json, Value};
 use socket2::SockRef;
 
-use super::support::{accept, connect, listener, logged, Duties, KitClient, Watch};
+use super::support::{accept, command, connect, listener, logged, Duties, KitClient, Watch};
 use super::LIMIT;
+use crate::recording::said;
 
 const M1: [i16; 8] = [512, 0, 0, 0, 0, 0, 0, 0];
 
@@ -396,8 +398,8 @@ fn a_controller_that_has_ended_the_connection_is_stopped_at_ctrl_c() {
 #[test]
 fn a_controller_that_does_not_stop_talking_holds_up_nothing() {
     let (listener, address) = listener();
-    // What it says takes a minute to print as lines.
-    let watch = Watch::start(address, &["--no-page"]);
+    // Lines of JSON of all that would take a minute to print.
+    let watch = Watch::by(command(address, &["--no-page"]).stderr(Stdio::piped()), address);
     let (mut controller, program) = Controller::online(&watch, listener);
     drop(program);
     let responses = [&ResponseId::QueryStatus.id().to_le_bytes()[..], &[0; 20]].concat();
@@ -405,6 +407,12 @@ fn a_controller_that_does_not_stop_talking_holds_up_nothing() {
     while controller.stream.write_all(&responses).is_ok() {}
     controller.stream = accept(&controller.listener);
     controller.is_stopped();
+    // Only Unix can end another program like Ctrl-C.
+    if cfg!(unix) {
+        watch.running.signal("INT");
+        let said = said(&watch.running.end());
+        assert!(said.contains("all outputs of the controller were switched off"), "{said}");
+    }
 }
 
 /// The responses to the first of many commands say nothing of one that is sent behind them.
