@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
+use std::time::Duration;
 
 use anyhow::Context;
 #[cfg(unix)]
@@ -45,6 +46,15 @@ pub(crate) fn beginning(text: &str, characters: usize) -> Cow<'_, str> {
     match text.char_indices().nth(characters) {
         Some((end, _)) => format!("{}…", &text[..end]).into(),
         None => text.into(),
+    }
+}
+
+/// A time for people.
+pub(crate) fn seconds(time: Duration) -> String {
+    if time < Duration::from_millis(100) {
+        format!("{:.1} ms", time.as_secs_f64() * 1e3)
+    } else {
+        format!("{:.2} s", time.as_secs_f64())
     }
 }
 
@@ -128,10 +138,11 @@ fn remedy(cause: &(dyn std::error::Error + 'static)) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use std::io;
+    use std::time::Duration;
 
     use anyhow::anyhow;
 
-    use super::{clean, clean_lines, json, json_line, sentence};
+    use super::{clean, clean_lines, json, json_line, seconds, sentence};
 
     #[test]
     fn a_text_from_elsewhere_has_no_commands() {
@@ -161,6 +172,12 @@ mod tests {
         let line = json_line(&[name].into());
         assert!(line.is_ascii() && !line.contains('\n'), "{line}");
         assert_eq!(serde_json::from_str::<[String; 1]>(&line).unwrap(), [name]);
+    }
+
+    #[test]
+    fn a_time_has_a_unit_that_fits() {
+        assert_eq!(seconds(Duration::from_micros(1_240)), "1.2 ms");
+        assert_eq!(seconds(Duration::from_millis(5_226)), "5.23 s");
     }
 
     #[test]

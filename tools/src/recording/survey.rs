@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::clock::Clock;
 use super::unusual::{Kind, Moment, Unusual, LISTED};
 use super::whole::Transfers;
+use crate::print;
 
 const UNKNOWN: &str = "unknown";
 
@@ -222,11 +223,8 @@ impl Survey {
     fn end_gap(&mut self, after_ms: u64) {
         let last = self.unusual.iter_mut().rfind(|moment| moment.kind == Kind::Gap);
         if let Some(gap) = last.filter(|_| self.gaps <= LISTED) {
-            let time = match after_ms {
-                0..1000 => format!("{after_ms} ms"),
-                _ => format!("{:.2} s", after_ms as f64 / 1e3),
-            };
-            gap.what += &format!("; it was back after {time}");
+            gap.what += "; it was back after ";
+            gap.what += &print::seconds(Duration::from_millis(after_ms));
         }
     }
 }

@@ -135,31 +135,14 @@ pub(super) fn summary(rows: &[Row]) -> String {
     format!("{same} as the firmware does, {differ} differ, {not_tried} not tried")
 }
 
-/// A time for people.
-pub(super) fn seconds(time: Duration) -> String {
-    if time < Duration::from_millis(100) {
-        format!("{:.1} ms", time.as_secs_f64() * 1e3)
-    } else {
-        format!("{:.2} s", time.as_secs_f64())
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use std::time::Duration;
-
-    use super::{seconds, Outcome};
+    use super::Outcome;
 
     #[test]
     fn an_outcome_is_a_verdict_and_what_was_seen() {
         assert_eq!(Outcome::same_if(true, "0.52 s").to_string(), "as the firmware does: 0.52 s");
         assert_eq!(Outcome::same_if(false, "closed").to_string(), "differs: closed");
         assert_eq!(Outcome::not_tried("").to_string(), "not tried");
-    }
-
-    #[test]
-    fn a_time_has_a_unit_that_fits() {
-        assert_eq!(seconds(Duration::from_micros(1_240)), "1.2 ms");
-        assert_eq!(seconds(Duration::from_millis(5_226)), "5.23 s");
     }
 }

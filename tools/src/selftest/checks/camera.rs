@@ -8,10 +8,11 @@ use ft_transfer_area::wire::{
 
 use super::commands::closes;
 use super::{Check, Found};
+use crate::print::seconds;
 use crate::seen;
 use crate::selftest::bench::{Bench, Holds};
 use crate::selftest::line::{Heard, Line, LIMIT};
-use crate::selftest::outcome::{seconds, Outcome, Trouble};
+use crate::selftest::outcome::{Outcome, Trouble};
 use crate::selftest::session::{command, packet};
 
 pub(super) const CHECKS: &[Check] = &[

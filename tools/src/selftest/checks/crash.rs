@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use super::camera::{needs_camera, start_and_stop};
 use super::{Check, Found, Needs};
+use crate::print::seconds;
 use crate::selftest::bench::{Bench, Holds};
-use crate::selftest::outcome::{seconds, Outcome, Trouble};
+use crate::selftest::outcome::{Outcome, Trouble};
 
 pub(super) const CHECKS: &[Check] = &[
     Check::new(

@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::wire::{CmprHeader, CommandId, ExchangeDataResponse};
 
 use super::{Check, Found};
+use crate::print::seconds;
 use crate::selftest::bench::Bench;
-use crate::selftest::outcome::{seconds, Outcome, Trouble};
+use crate::selftest::outcome::{Outcome, Trouble};
 use crate::selftest::session::{command, packet};
 
 pub(super) const CHECKS: &[Check] = &[

@@ -5,11 +5,12 @@ use std::time::Duration;
 use ft_transfer_area::wire::I2cRequestHeader;
 
 use super::{Check, Found};
+use crate::print::seconds;
 use crate::seen;
 use crate::selftest::bench::{Bench, Holds};
 use crate::selftest::i2c::{request, I2c, I2cAnswer};
 use crate::selftest::line::{Heard, Line};
-use crate::selftest::outcome::{seconds, Outcome, Trouble};
+use crate::selftest::outcome::{Outcome, Trouble};
 use crate::selftest::session::Session;
 
 pub(super) const CHECKS: &[Check] = &[

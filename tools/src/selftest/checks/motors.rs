@@ -8,8 +8,9 @@ use ft_transfer_area::wire::CommandId;
 
 use super::ends::with_wrong_checksum;
 use super::{Check, Found, Needs};
+use crate::print::seconds;
 use crate::selftest::bench::{Bench, Holds};
-use crate::selftest::outcome::{seconds, Outcome, Trouble};
+use crate::selftest::outcome::{Outcome, Trouble};
 use crate::selftest::session::{command, packet, Session};
 
 pub(super) const CHECKS: &[Check] = &[

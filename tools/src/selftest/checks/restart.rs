@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use super::commands::outside;
 use super::{Check, Found};
+use crate::print::seconds;
 use crate::selftest::bench::{Bench, Holds};
-use crate::selftest::outcome::{seconds, Outcome};
+use crate::selftest::outcome::Outcome;
 
 pub(super) const CHECKS: &[Check] = &[
     Check::new(

@@ -7,8 +7,9 @@ use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::CommandId;
 
 use super::{Check, Found};
+use crate::print::seconds;
 use crate::selftest::bench::{Bench, Holds};
-use crate::selftest::outcome::{seconds, Outcome, Trouble};
+use crate::selftest::outcome::{Outcome, Trouble};
 use crate::selftest::session::{command, packet, Session};
 
 pub(super) const CHECKS: &[Check] = &[
