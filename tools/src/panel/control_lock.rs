@@ -82,12 +82,9 @@ impl ControlLock {
         }
     }
 
-    /// This page drives from now on, whoever did before.
+    /// This page drives from now on, whoever did before, in a new lease.
     pub(crate) fn take(&self, page: PageId) {
-        let mut state = self.state();
-        if state.page() != Some(page) {
-            state.hand_to(page);
-        }
+        self.state().hand_to(page);
     }
 
     /// This page does not drive any more. Returns whether it did.

@@ -21,7 +21,6 @@ use super::state::Newest;
 use super::watched::Watched;
 use super::worker::{AreaOrder, Controller, Worker};
 use super::world::Simulated;
-use crate::commands::stop_all;
 use crate::gate::Gate;
 use crate::names::Names;
 use crate::recording::on_demand::{Button, Keeper};
@@ -138,16 +137,18 @@ impl Host {
             button: button.clone(),
             common: Arc::clone(common),
             running: Arc::default(),
+            outputs: Arc::default(),
         };
         let (orders, for_worker) = bounded(WAITING);
         let (publish, state) = watch::channel(None);
         let (end, ended) = bounded(1);
         let running = Arc::clone(&controller.running);
+        let stopper = start_stopper(handler.areas().clone(), &controller)?;
         let worker = Worker::new(controller, for_worker, publish);
         let driven = Driven {
             running,
             orders,
-            stopper: start_stopper(handler.areas().clone())?,
+            stopper,
             i2c: i2c::start(Arc::clone(&handler), Arc::clone(common))?,
             camera: camera::start(handler, Arc::clone(&camera), button.clone())?,
         };
@@ -281,12 +282,14 @@ impl Host {
     }
 }
 
-/// A thread that sets all outputs of a controller to 0 when it is asked to.
-fn start_stopper(areas: TransferAreas) -> Result<Sender<()>, Error> {
+/// A thread that sets all outputs of a controller to 0 when it is asked to, unless the worker has done so meanwhile: it
+/// may come late, and what was ordered after the stop goes on.
+fn start_stopper(areas: TransferAreas, controller: &Controller) -> Result<Sender<()>, Error> {
+    let (common, outputs) = (Arc::clone(&controller.common), Arc::clone(&controller.outputs));
     let (stopper, stop) = bounded(1);
     spawn("stopper", move || {
         for () in stop {
-            stop_all(&mut areas.lock());
+            outputs.stop_outdated(&common.control, &mut areas.lock());
         }
     })?;
     Ok(stopper)
@@ -347,6 +350,40 @@ mod tests {
         assert!(answer.contains("\"stopped\""), "{answer}");
         assert_eq!(common.control.driver(), Err(Some(ReleaseReason::Hang)));
         assert_eq!(duty(), [0; 8]);
+
+        common.end();
+        assert!(host.wait_for_end(Instant::now() + LIMIT));
+    }
+
+    #[test]
+    fn a_late_stop_leaves_what_was_ordered_after_it() {
+        let txt = SimulatedTxt::builder().start().unwrap();
+        let common = Arc::new(Common::new());
+        let host = Host::at(&txt.address().to_string(), 1, &common).unwrap();
+        let driven = host.driven.as_ref().unwrap();
+        let duty = || txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]);
+        let (answers, _waiting) = Answers::channel();
+        let order = |duty| {
+            let lease = common.control.lease_of(1).unwrap();
+            let command = Command::Motor { motor: Motor::M1, duty, stops_followers: true };
+            host.order(lease, 0, Work::Area(command), answers.reply(Some(1)));
+        };
+        wait_until(&common, "it is connected", || driven.running.load(Ordering::Relaxed));
+        common.control.drive(1).unwrap();
+        order(512);
+        wait_until(&common, "M1 turns", || duty() == 512);
+
+        common.control.stop();
+        wait_until(&common, "M1 stands", || duty() == 0);
+        common.control.drive(1).unwrap();
+        order(400);
+        wait_until(&common, "M1 turns again", || duty() == 400);
+        // The thread is woken only now. It takes the third request when it has done the first one.
+        (0..3).for_each(|_| driven.stopper.send(()).unwrap());
+        let exchanged = || txt.with_machine(|machine| machine.exchanges());
+        let exchanges = exchanged();
+        wait_until(&common, "an exchange", || exchanged() > exchanges + 1);
+        assert_eq!(duty(), 400);
 
         common.end();
         assert!(host.wait_for_end(Instant::now() + LIMIT));

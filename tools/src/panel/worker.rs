@@ -1,6 +1,6 @@
 //! The thread of one controller: keeps the connection, carries out commands, publishes the state.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -11,6 +11,7 @@ use tokio::sync::watch;
 
 use super::camera::Camera;
 use super::common::Common;
+use super::control_lock::ControlLock;
 use super::histogram::Histogram;
 use super::order::{not_connected, stopped, Order};
 use super::problem::Problem;
@@ -36,6 +37,22 @@ pub(super) struct Controller {
     pub(super) button: Button,
     pub(super) common: Arc<Common>,
     pub(super) running: Arc<AtomicBool>,
+    pub(super) outputs: Arc<Outputs>,
+}
+
+/// Under which lease the outputs of a controller were set. Whoever has the areas may look.
+#[derive(Debug, Default)]
+pub(super) struct Outputs {
+    lease: AtomicU64,
+}
+
+impl Outputs {
+    /// Sets all outputs to 0 if the worker has not seen yet that another lease has begun. It does the same, in any case.
+    pub(super) fn stop_outdated(&self, control: &ControlLock, areas: &mut [FishX1Transfer]) {
+        if self.lease.load(Ordering::Relaxed) != control.lease() {
+            stop_all(areas);
+        }
+    }
 }
 
 pub(super) struct Worker {
@@ -46,8 +63,6 @@ pub(super) struct Worker {
     /// Why there is no connection.
     error: Option<Problem>,
     histogram: Histogram,
-    /// The lease whose outputs are set.
-    lease: u64,
     next_state: Instant,
     /// The connection was lost and is not made again, so outputs may be on.
     is_cut: bool,
@@ -66,7 +81,6 @@ impl Worker {
             phase: Phase::Connecting,
             error: None,
             histogram: Histogram::default(),
-            lease: 0,
             next_state: Instant::now(),
             is_cut: false,
         };
@@ -133,21 +147,20 @@ impl Worker {
         Ok(())
     }
 
-    /// In another lease than before, nothing that was set counts any more.
-    fn obey(&mut self, areas: &mut [FishX1Transfer]) {
+    /// In another lease than before, nothing that was set counts any more. Returns the present one.
+    fn obey(&self, areas: &mut [FishX1Transfer]) -> u64 {
         let lease = self.controller.common.control.lease();
-        if lease == self.lease {
-            return;
+        if self.controller.outputs.lease.swap(lease, Ordering::Relaxed) != lease {
+            stop_all(areas);
         }
-        self.lease = lease;
-        stop_all(areas);
+        lease
     }
 
     fn carry_out(&mut self, areas: &mut [FishX1Transfer]) {
         while let Ok(order) = self.orders.try_recv() {
             // A lease that begins after this look is found before the next order or in the next cycle.
-            self.obey(areas);
-            let result = if order.lease != self.lease {
+            let lease = self.obey(areas);
+            let result = if order.lease != lease {
                 Err(stopped())
             } else {
                 let (index, command) = &order.request;
