@@ -20,6 +20,8 @@ use crate::program::{Program, Reads};
 const SOON: Duration = Duration::from_secs(2);
 /// After a time without an answer there must have been so many exchanges, too.
 const SOON_EXCHANGES: usize = 20;
+/// How long the program of the check before may still be connected, of which nothing is left but its last request.
+const GONE: Duration = Duration::from_secs(2);
 /// How long a button is pressed.
 const TAP: Duration = Duration::from_millis(300);
 /// How long a program may take until it is online. `cargo run` may have to compile it.
@@ -67,6 +69,8 @@ impl<'a> Stage<'a> {
         program: &[OsString],
         report: &'a Report,
     ) -> anyhow::Result<Self> {
+        // Otherwise an exchange of the program before is the first one of this check. Somebody else may stay.
+        let _ = txt.txt().wait_until(|machine| !machine.connected(), GONE);
         Self::clear(&txt, world)?;
         let address = txt.txt().address().to_string();
         let (program, stderr) = Program::start_heard(program, &address, Reads::Nothing)?;
@@ -388,4 +392,32 @@ fn lost(error: std::io::Error) -> Wrong {
         format!("The program can't be watched: {error:#}"),
         format!("Das Programm lässt sich nicht beobachten: {error:#}"),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use ft_transfer_area::TransferAreaComHandler;
+
+    use super::*;
+    use crate::check;
+    use crate::names::Names;
+
+    #[cfg_attr(not(unix), ignore = "the program that does nothing is one of Unix")]
+    #[test]
+    fn no_exchange_of_the_program_before_is_one_of_this_check() {
+        let world = World::default();
+        let txt = check::simulated_txt(SimulatedTxt::builder(), &world).unwrap();
+        let handler = TransferAreaComHandler::builder(txt.txt().address()).build().unwrap();
+        handler.begin_transfer().unwrap();
+        let before = thread::spawn(move || {
+            thread::sleep(Duration::from_millis(300));
+            drop(handler);
+        });
+        let report = Report::new(None, Names::default());
+        let stage = Stage::set(txt, &world, &["true".into()], &report).unwrap();
+        before.join().unwrap();
+        assert_eq!(stage.exchanges(), 0);
+    }
 }
