@@ -2,7 +2,8 @@
 
 use std::fs;
 use std::path::Path;
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::TransferAreaComHandler;
 use ft_transfer_area_recorder::{Options, Recorder};
@@ -14,6 +15,7 @@ use crate::recording::{in_folder, run, said, txt};
 use crate::running::Running;
 
 const CYCLES: u64 = 400;
+const LIMIT: Duration = Duration::from_secs(60);
 
 /// A recording of a program that writes the number of each cycle to O2, and the same with a damaged part in the middle.
 fn recordings() -> (TempDir, String, String) {
@@ -35,9 +37,28 @@ fn record(path: &Path) {
     let handler = handler(txt.port());
     let recorder = Recorder::start(&handler, path, Options::default().capacity(5000)).unwrap();
     handler.begin_transfer().unwrap();
-    drive(&handler);
+    let mut size = 0;
+    drive(&handler, |cycle| {
+        if cycle % (CYCLES / 4) == 0 {
+            size = longer_than(path, size);
+        }
+    });
     handler.end_transfer().unwrap();
     assert_eq!(recorder.finish().unwrap().lost, 0);
+}
+
+/// Waits until the file is longer than this, so that there are several chunks also when the program is faster than the
+/// recorder. Returns its length.
+fn longer_than(path: &Path, size: u64) -> u64 {
+    let begin = Instant::now();
+    while begin.elapsed() < LIMIT {
+        let now = fs::metadata(path).unwrap().len();
+        if now > size {
+            return now;
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+    panic!("nothing was recorded behind the first {size} bytes");
 }
 
 /// A handler in lock-step, so that the program of each run is the same.
@@ -46,9 +67,10 @@ fn handler(port: u16) -> TransferAreaComHandler {
     builder.lock_step().build().unwrap()
 }
 
-fn drive(handler: &TransferAreaComHandler) {
+fn drive(handler: &TransferAreaComHandler, mut after: impl FnMut(u64)) {
     for cycle in 1..CYCLES {
         handler.areas().wait_cycle().unwrap()[0].output.duty[1] = cycle as i16;
+        after(cycle);
     }
 }
 
@@ -124,7 +146,7 @@ fn replay_plays_the_rest() {
     let port = line.split_once(" at 127.0.0.1:").unwrap().1.split_once('.').unwrap().0.to_owned();
     let handler = handler(port.parse().unwrap());
     handler.begin_transfer().unwrap();
-    drive(&handler);
+    drive(&handler, |_| {});
     handler.end_transfer().unwrap();
     let output = running.end();
     assert!(output.status.success(), "{}", said(&output));
