@@ -99,7 +99,10 @@ fn start() -> u32 {
     guarded(UNDEFINED, || {
         let mut session = SESSION.lock();
         let result = match &*session {
-            Some(session) if session.is_running() => Ok(()),
+            Some(session) if session.is_running() => {
+                session.renew();
+                Ok(())
+            }
             Some(session) => begin_again(session),
             None => begin().map(|begun| *session = Some(begun)),
         };

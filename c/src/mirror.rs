@@ -93,6 +93,18 @@ impl<A: Area> Mirror<A> {
         (self.known, self.begun) = ([Known::default(); AREAS], Instant::now());
     }
 
+    /// The areas were made 0 during a transfer. As with the library on a TXT, the controller keeps the configuration,
+    /// and 0 ends the commands.
+    pub(crate) fn renew(&mut self) {
+        self.begun = Instant::now();
+        for known in &mut self.known {
+            known.config_id = Some(0);
+            known.counters.iter_mut().for_each(ContinuedId::renew);
+            known.motors.iter_mut().for_each(MotorCommand::renew);
+            known.sound.renew();
+        }
+    }
+
     /// Takes the configurations into the areas that go out, also those whose id is not new.
     pub(crate) fn put_out_configs(&mut self, areas: &mut [FishX1Transfer]) {
         for (index, area) in areas.iter_mut().enumerate().take(AREAS) {

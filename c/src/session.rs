@@ -178,6 +178,13 @@ impl<A: Area> ProgramSession<A> {
         self.shared.mirror.lock().forget();
     }
 
+    /// The same while a transfer runs, which goes on. From a cycle call, too.
+    pub(crate) fn renew(&self) {
+        let _outputs = self.shared.outputs.lock();
+        self.shared.array.clear();
+        self.shared.mirror.lock().renew();
+    }
+
     /// Connects, and begins to exchange. Returns after the first response. Call `exit::watch` before: an end of the
     /// program does not wait for the begin of a transfer.
     pub(crate) fn start(&self) -> Result<(), Error> {

@@ -20,8 +20,8 @@
 extern "C" {
 #endif
 
-/* Connects to the controller and begins to exchange, about 100 times a second, in a thread. All areas are 0 then.
-   0 also when it does so already. */
+/* Connects to the controller and begins to exchange, about 100 times a second, in a thread. 0 also when it
+   does so already. All areas are 0 then. */
 uint32_t StartTxtDownloadProg(void);
 
 /* Ends that with all motors off, and I2C, and takes the callback away. Always 1. */

@@ -59,6 +59,14 @@ impl ContinuedId {
         id != self.sent()
     }
 
+    /// The program's ids were made 0 during a transfer. If it has given a command, 0 goes out as a new one, which it does
+    /// not wait for.
+    pub(super) fn renew(&mut self) {
+        if self.known > 1 {
+            *self = Self { wire: self.wire.wrapping_add(1), known: 2, ..Self::default() };
+        }
+    }
+
     /// The id to send for the program's; none has been given yet when it is none.
     pub(super) fn send(&mut self, id: u16) -> Option<u16> {
         if self.is_new(id) {
@@ -117,6 +125,13 @@ impl MotorCommand {
     pub(super) fn begin(&mut self, given: u16, echo: u16) {
         self.id.begin(given, echo);
         (self.distance, self.after_pause) = (0, AfterPause::AsBefore);
+    }
+
+    /// As [`ContinuedId::renew`]: a command without a distance.
+    pub(super) fn renew(&mut self) {
+        let mut id = self.id;
+        id.renew();
+        *self = Self { id, ..Self::default() };
     }
 
     /// Takes the program's command; returns the id and the distance to send.

@@ -245,6 +245,22 @@ fn a_command_without_a_distance_is_reached_on_a_txt() {
     assert_eq!(motor.receive_on_txt(2, 2), (2, true), "a distance");
 }
 
+#[test]
+fn ids_that_are_made_0_end_the_commands_and_are_not_waited_for() {
+    let mut motor = MotorCommand::default();
+    motor.begin(4, 4);
+    motor.renew();
+    assert_eq!(motor.send(0, 0, 0), (None, 0), "no command was given");
+    assert_eq!(motor.send(7, 0, 100), (Some(5), 100));
+    motor.renew();
+    assert_eq!(motor.send(0, 0, 0), (Some(6), 0));
+    assert_eq!(motor.receive_on_txt(5, 0), (0, false), "the distance is over");
+    assert_eq!(motor.receive_on_txt(6, 0), (0, false));
+    assert_eq!(motor.send(7, 0, 100), (Some(7), 100));
+    assert_eq!(motor.receive_on_txt(6, 7), (0, false));
+    assert_eq!(motor.receive_on_txt(7, 7), (7, true));
+}
+
 /// For `ftMscLib`, which sets the value 0 with the configuration.
 #[test]
 fn an_input_has_no_value_of_its_mode_before() {

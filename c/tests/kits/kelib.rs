@@ -261,6 +261,26 @@ fn nothing_stays_from_one_start_to_the_next() {
 }
 
 #[test]
+fn a_start_while_it_runs_makes_all_areas_0() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let mut running = Running::with(program, &txt, &["twice"]);
+    running.expect("0 1 0 1");
+    wait_duty(&txt, 0, 0);
+    let mode = txt.with_machine(|machine| machine.controllers[0].config.uni[0].mode);
+    assert_eq!(mode, 1, "a configuration goes out when its number is another");
+    set_input(&txt, 7, 1);
+    running.expect("1 0");
+    let before = txt.with_machine(|machine| machine.controllers[0].counter[0]);
+    wait_until(&txt, "turns", |machine| machine.controllers[0].counter[0] > before + 50);
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.distance[0]), 0);
+    set_input(&txt, 7, 0);
+    running.expect("1 1");
+    running.end().well();
+    wait_stopped(&txt);
+}
+
+#[test]
 fn a_configuration_is_sent_when_its_number_is_another() {
     let Some(program) = program() else { return };
     let txt = simulated().start().unwrap();

@@ -179,6 +179,41 @@ static int start_again(FISH_X1_TRANSFER *area)
     return 0;
 }
 
+// The second start comes in the middle of a distance; afterwards the motor turns without end, then for a distance.
+static int start_twice(FISH_X1_TRANSFER *area)
+{
+    usleep(1200000);
+    area->ftX1config.uni[0].mode = MODE_R;
+    area->ftX1state.config_id = 5;
+    area->ftX1out.distance[0] = 5000;
+    area->ftX1out.motor_ex_cmd_id[0] = 7;
+    area->ftX1out.cnt_reset_cmd_id[0] = 3;
+    area->ftX1out.duty[0] = 512;
+    while (area->ftX1in.counter[0] < 20 || !area->ftX1in.cnt_resetted[0]) {
+        usleep(1000);
+    }
+    unsigned started = StartTxtDownloadProg();
+    printf("%X %d %d %d\n", started, is_new(area), area->IFTimer.Timer1s, MotorIOLib_ThreadIsRunning());
+    fflush(stdout);
+    int before = calls;
+    while (!area->ftX1in.uni[7] || calls < before + 10) {
+        usleep(1000);
+    }
+    printf("%d %d\n", is_new(area), area->ftX1in.motor_ex_cmd_id[0]);
+    fflush(stdout);
+    area->ftX1out.duty[0] = 512;
+    while (area->ftX1in.uni[7]) {
+        usleep(1000);
+    }
+    area->ftX1out.distance[0] = 20;
+    area->ftX1out.motor_ex_cmd_id[0] = 1;
+    while (!area->ftX1in.motor_ex_reached[0]) {
+        usleep(1000);
+    }
+    printf("%d %d\n", area->ftX1in.motor_ex_cmd_id[0], area->ftX1in.counter[0] >= 20);
+    return 0;
+}
+
 // A program that gives its configuration a number, and one that raises it, after what is not to be sent.
 static int configure(FISH_X1_TRANSFER *area)
 {
@@ -387,7 +422,7 @@ int main(int argc, char *argv[])
         printf("%X\n", (unsigned)error);
         return area->ftX1state.config_id;
     }
-    if (area != GetKeLibTransferAreaMainAddress() || StartTxtDownloadProg() != KELIB_ERROR_NONE) {
+    if (area != GetKeLibTransferAreaMainAddress()) {
         return 1;
     }
     if (strcmp(what, "i2c") == 0) {
@@ -404,6 +439,10 @@ int main(int argc, char *argv[])
     }
     if (strcmp(what, "again") == 0) {
         return start_again(area);
+    }
+    if (strcmp(what, "twice") == 0) {
+        SetTransferAreaCompleteCallback(Block);
+        return start_twice(area);
     }
     if (strcmp(what, "config") == 0) {
         return configure(area);
