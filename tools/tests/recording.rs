@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::{FirmwareVersion, TransferAreaComHandler};
@@ -127,6 +128,34 @@ fn a_recording_in_parts_has_files_that_can_be_read_alone() {
     }
     let both = run(&["record", "--simulate", "--parts", "1s", "--force", "-o", &path]);
     assert_eq!(both.status.code(), Some(2), "{}", said(&both));
+}
+
+#[cfg_attr(windows, ignore = "Windows keeps a file that is written")]
+#[test]
+fn a_file_that_somebody_has_given_another_name_is_missed_at_the_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, other] = ["run.mcap", "other.mcap"].map(|name| in_folder(&folder, name));
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let host = txt.address().to_string();
+    for arguments in
+        [&["record", &host, "-o", &path][..], &["watch", &host, "--port", "0", "--record", &path]]
+    {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        command.args(arguments).stdout(Stdio::null()).stderr(Stdio::piped());
+        if arguments[0] == "watch" {
+            command.arg("--no-page");
+        }
+        let running = Running::start(&mut command);
+        while fs::metadata(&path).map_or(0, |file| file.len()) == 0 {
+            thread::sleep(Duration::from_millis(5));
+        }
+        fs::rename(&path, &other).unwrap();
+        running.signal("INT");
+        let output = running.end();
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        let last = said(&output).lines().last().unwrap_or_default().to_owned();
+        assert!(last.ends_with(&format!("{path} is not there any more")), "{last}");
+    }
 }
 
 /// The names of what is in a folder.

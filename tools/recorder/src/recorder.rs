@@ -357,11 +357,20 @@ impl Recorder {
     /// # Errors
     ///
     /// A write has failed, now or before, or takes longer than the limit. What was written before can be read.
-    pub fn finish(mut self) -> Result<Totals, Error> {
+    pub fn finish(self) -> Result<Totals, Error> {
+        self.finish_with_newest().map(|(totals, _)| totals)
+    }
+
+    /// The same, with the file that was written last: of a recording in parts, one may begin at the end.
+    ///
+    /// # Errors
+    ///
+    /// As with [`finish`](Self::finish).
+    pub fn finish_with_newest(mut self) -> Result<(Totals, PathBuf), Error> {
         // The transfer goes on, unless this runs in a panic.
         self.transfer = None;
         self.end();
-        self.error().map_or_else(|| Ok(self.state.recorded()), Err)
+        self.error().map_or_else(|| Ok((self.state.recorded(), self.newest())), Err)
     }
 
     fn end(&mut self) {

@@ -259,13 +259,17 @@ pub(super) fn read(path: &Path) -> io::Result<String> {
     text_file::read(path, LONGEST)
 }
 
-/// Writes the file as a whole, for this user only.
+/// Writes the file as a whole, for this user only. A link stays a link.
 pub(super) fn write(path: &Path, text: &str) -> anyhow::Result<()> {
+    let behind = if path.is_symlink() { path.canonicalize().ok() } else { None };
+    let path = behind.as_deref().unwrap_or(path);
     let mut name = path.file_name().context("this is no file")?.to_owned();
     name.push(".new");
     let new = path.with_file_name(name);
+    // What is there may be a link, or for others, too.
+    let _ = fs::remove_file(&new);
     let mut options = OpenOptions::new();
-    options.write(true).create(true).truncate(true);
+    options.write(true).create_new(true);
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
     let mut file = options.open(&new)?;
@@ -277,6 +281,25 @@ pub(super) fn write(path: &Path, text: &str) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn the_file_behind_a_link_is_written_for_this_user_alone() {
+        use std::os::unix::fs::{symlink, PermissionsExt};
+
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link, new, other] =
+            ["7b.toml", "link.toml", "7b.toml.new", "other"].map(|name| folder.path().join(name));
+        fs::write(&file, "old").unwrap();
+        fs::write(&other, "other").unwrap();
+        symlink("7b.toml", &link).unwrap();
+        symlink("other", new).unwrap();
+        write(&link, "new").unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(fs::read_to_string(&file).unwrap(), "new");
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+        assert_eq!(fs::read_to_string(other).unwrap(), "other");
+    }
 
     #[test]
     fn a_new_file_is_read_again_with_the_same_links() {

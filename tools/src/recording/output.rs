@@ -16,14 +16,15 @@ pub(crate) struct Output {
     path: PathBuf,
     /// The file that is replaced when the recording has begun: until then, there is nothing better.
     replaced: Option<PathBuf>,
-    in_parts: bool,
+    /// Not so a pipe, which may be removed when its reader has opened it.
+    is_file: bool,
 }
 
 impl Output {
     /// The error says that a file is there which is not to be replaced. A recording in parts replaces none.
     pub(crate) fn new(path: PathBuf, force: bool, in_parts: bool) -> anyhow::Result<Self> {
         if in_parts {
-            return Ok(Self { path, replaced: None, in_parts });
+            return Ok(Self { path, replaced: None, is_file: true });
         }
         ensure!(
             force || !path.is_file(),
@@ -31,7 +32,8 @@ impl Output {
             path.display()
         );
         let replaced = replaced(&path)?;
-        Ok(Self { path, replaced, in_parts })
+        let is_file = path.is_file() || !path.exists();
+        Ok(Self { path, replaced, is_file })
     }
 
     /// What the user calls it.
@@ -44,7 +46,7 @@ impl Output {
         &self,
         interrupted: &Receiver<()>,
     ) -> anyhow::Result<Option<File>> {
-        if self.in_parts || self.path.is_file() || !self.path.exists() {
+        if self.is_file {
             return Ok(None);
         }
         let (opened, pipe) = bounded(1);
@@ -69,6 +71,13 @@ impl Output {
             Some(replaced) => Ok(recorder.rename(replaced)?),
             None => Ok(()),
         }
+    }
+
+    /// The error says that somebody has removed what was recorded, or given it another name.
+    pub(crate) fn ensure_is_there(&self, files: &Files) -> anyhow::Result<()> {
+        let newest = &files.newest;
+        ensure!(!self.is_file || newest.exists(), "{} is not there any more", newest.display());
+        Ok(())
     }
 
     /// Whether another file is still in its place.
@@ -123,10 +132,18 @@ impl fmt::Display for Files {
     }
 }
 
-/// Ends a file. The error says that it has not taken all in time.
-pub(crate) fn finish(recorder: Recorder) -> anyhow::Result<Result<Totals, Error>> {
+/// Ends a recording. The error says that a file has not taken all in time.
+pub(crate) fn finish(recorder: Recorder) -> anyhow::Result<Result<(Files, Totals), Error>> {
     let path = recorder.newest().display().to_string();
-    interrupt::in_time(move || recorder.finish()).with_context(|| incomplete(&path))
+    interrupt::in_time(move || end(recorder)).with_context(|| incomplete(&path))
+}
+
+/// The same for who waits for it.
+pub(crate) fn end(recorder: Recorder) -> Result<(Files, Totals), Error> {
+    let first = recorder.path().to_owned();
+    // A last one may begin now.
+    let (totals, newest) = recorder.finish_with_newest()?;
+    Ok((Files { first, newest }, totals))
 }
 
 /// What is wrong when a disk or a pipe takes nothing.

@@ -115,11 +115,12 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         // It ends with the transfer. It only hands pictures on, so it has nothing to say.
         let _ = camera.join();
     }
-    let files = Files::of(&recorder);
-    let totals = finish(recorder)??;
+    let (files, totals) = finish(recorder)??;
+    let kept = output.ensure_is_there(&files);
     print::line(Recorded { files, totals })?;
     recorded?;
-    Ok(ended?)
+    ended?;
+    kept
 }
 
 /// A handler that drives nothing.

@@ -15,6 +15,7 @@ mod record;
 mod relay;
 mod tap;
 
+use std::env;
 use std::ffi::OsString;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -36,7 +37,7 @@ use self::tap::Pieces;
 use crate::gate::Gate;
 use crate::interrupt::{self, Driving};
 use crate::panel::pages::{self, Watched};
-use crate::program::{Program, Reads};
+use crate::program::{Program, Reads, MARK};
 use crate::recording::in_parts::InParts;
 use crate::recording::output::{incomplete, Output};
 use crate::seen::{
@@ -53,6 +54,9 @@ const LOOK: Duration = Duration::from_millis(5);
 const PROGRAM_LOOK: Duration = Duration::from_millis(20);
 /// How long that program may go on after Ctrl-C, which it gets, too. Then it has another second to end.
 const FAREWELL: Duration = Duration::from_secs(1);
+/// The same where another `txt` has started this one, whose keeper kills it after a second: its controller is stopped
+/// before.
+const FAREWELL_INSIDE: Duration = Duration::from_millis(300);
 
 const AFTER: &str = "\
 Let your program connect to 127.0.0.1 instead of the controller: ftrobopy, ROBO Pro, the kit's
@@ -216,6 +220,8 @@ fn accompany(
     interrupted: &Receiver<()>,
     relay: &Relay,
 ) -> anyhow::Result<ExitCode> {
+    let is_inside = env::var_os(MARK).is_some();
+    let farewell = if is_inside { FAREWELL_INSIDE } else { FAREWELL };
     let mut ends_at = None;
     loop {
         if let Some(status) = program.ended()? {
@@ -228,7 +234,7 @@ fn accompany(
             recv(interrupted) -> done => {
                 done?;
                 program.interrupt();
-                ends_at = ends_at.or(Some(Instant::now() + FAREWELL));
+                ends_at = ends_at.or(Some(Instant::now() + farewell));
             }
             recv(relay.failure) -> error => return Err(error?).context(NOT_PASSED),
             default(PROGRAM_LOOK) => {}

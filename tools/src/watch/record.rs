@@ -13,7 +13,7 @@ use ft_transfer_area_recorder::{
 use super::changes::name;
 use crate::lines;
 use crate::recording::on_demand::{Button, Keeper, Shown, Trouble};
-use crate::recording::output::{discard, Files, Output};
+use crate::recording::output::{discard, end, Output};
 use crate::seen::{
     forgotten, halted, no_answer, Controllers, Cycle, Farewell, Happened, Line, Seen,
     UnansweredExchanges, FAREWELL_UNANSWERED, MISSED,
@@ -372,10 +372,9 @@ impl ToFile {
             lines::print(&format!("no program has driven: {path} is as it was"));
             return Ok(());
         }
-        let files = Files::of(&self.recorder);
-        let Totals { cycles, lost, frames, .. } =
-            self.recorder.finish().context("the recording is not whole")?;
+        let (files, Totals { cycles, lost, frames, .. }) =
+            end(self.recorder).context("the recording is not whole")?;
         lines::print(&format!("{files}: {cycles} cycles, {lost} lost, {frames} pictures"));
-        Ok(())
+        self.output.ensure_is_there(&files)
     }
 }

@@ -1,10 +1,12 @@
 //! A program that `txt watch` starts.
 
 use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use super::support::{command, logged};
+use super::support::{command, listening, logged, KitClient};
 use super::LIMIT;
 use crate::recording::{run, said};
 use crate::running::Running;
@@ -58,6 +60,29 @@ fn it_ends_at_ctrl_c_and_soon_when_it_does_not_listen() {
     assert_eq!(watch.line(), "ready");
     watch.signal("INT");
     assert_eq!(watch.end().status.code(), Some(1));
+}
+
+/// A program for two controllers may be watched by two of them, one inside the other.
+#[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
+#[test]
+fn the_inner_one_of_two_stops_its_controller_when_the_outer_one_is_killed() {
+    let outer = SimulatedTxt::builder().start().unwrap();
+    let (inner, duties) = logged(SimulatedTxt::builder());
+    let (host, script) =
+        (inner.address().to_string(), "trap '' INT TERM; while :; do sleep 0.1; done");
+    let mut command = command(outer.address(), &["--no-page", "--", env!("CARGO_BIN_EXE_txt")]);
+    command.args(["watch", &host, "--port", "0", "--no-page", "--json", "--"]);
+    let watch = Running::start(command.args(["sh", "-c", script]).stderr(Stdio::null()));
+    let mut client = KitClient::online(([127, 0, 0, 1], listening(&watch.line())).into());
+    client.exchange([512, 0, 0, 0, 0, 0, 0, 0]);
+    watch.signal("KILL");
+    let stops = || duties.lock().unwrap().last().is_some_and(|last| last[..] == [[0; 8]]);
+    let deadline = Instant::now() + LIMIT;
+    while !stops() && Instant::now() < deadline {
+        thread::sleep(Duration::from_millis(5));
+    }
+    assert!(stops(), "the motor goes on");
+    assert!(watch.leaves_nothing());
 }
 
 #[test]
