@@ -124,6 +124,7 @@ fn a_callback_may_end_the_program_and_its_thread_may_not_be_ended() {
     ] {
         let txt = simulated().start().unwrap();
         let Some(running) = started(&txt, how) else { return };
+        set_input(&txt, 0, 1);
         let ended = running.end();
         assert_eq!((ended.code, ended.signal), (code, signal), "{how}: {}", ended.err);
         wait_stopped(&txt);

@@ -200,7 +200,11 @@ int main(int, char **words)
         }
     }
     if (strstr(how, "in a callback")) {
+        wait_until_pressed();
         StartCounterReset(device, TA_LOCAL, 0);
+        for (;;) {
+            pause();
+        }
     }
     while (!is_pressed()) {
         Sleep(2);
