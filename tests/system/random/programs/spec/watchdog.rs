@@ -132,7 +132,8 @@ fn signs_of_life(case: &Case<'_>) -> Vec<Instant> {
     let waits: Vec<&Call> = trace.calls.iter().filter(waits).collect();
     for exchange in &trace.exchanges {
         let at = exchange.at;
-        let is_held = trace.holds.iter().any(|hold| hold.got <= at && at <= hold.gone);
+        // When a hook's guard is gone is not known if no other call follows.
+        let is_held = trace.holds.iter().any(|hold| hold.got <= at && at <= hold.left);
         let waited = waits.iter().any(|call| call.start <= at && at <= call.end);
         if waited && !is_held {
             signs.push(at);
