@@ -193,7 +193,7 @@ const NAMES: &str = "const place = (element) => element.getBoundingClientRect();
     }).map((name) => name.textContent)";
 
 async fn page_of_a_factory(page: &Page) -> Result<()> {
-    page.wait_for_text("#role", "Another program drives").await?;
+    page.wait_for_text("#role", "No program is connected").await?;
     page.wait_for(".drawing text").await?;
     // Shelves are in rows and columns, and nowhere else.
     let script = "const shelf = (name) => document.querySelectorAll(`[aria-label^='${name}:']`);

@@ -1,5 +1,7 @@
 //! Pages where another program drives.
 
+use std::process::{Command, Stdio};
+
 use anyhow::{ensure, Context, Result};
 use fantoccini::key::Key;
 use fantoccini::Client;
@@ -11,6 +13,8 @@ use super::driver::browse;
 use super::page::{Page, Panel};
 use super::txt::{all_off, ensure_seen, simulated_txt, turns};
 use crate::names;
+use crate::running::Running;
+use crate::watch::support::KitClient;
 
 #[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
 #[test]
@@ -98,4 +102,45 @@ async fn disconnect(client: &Client) -> Result<()> {
     page.wait_for_text(".problem:not([hidden])", "Until you let programs in").await?;
     page.click("#disconnect").await?;
     page.wait_for_text("#disconnect", "Disconnect the program").await
+}
+
+#[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
+#[test]
+fn a_teacher_sees_who_has_no_program_and_what_it_left_on() -> Result<()> {
+    browse(|client| async move {
+        let folder = tempfile::tempdir()?;
+        let class = folder.path().join("7b.toml");
+        // As many letters as a name has at most, without a place to break it.
+        let long = "Großschönhausen-Oberlößnitz-Unterlößnitz";
+        let pupils = [long, "Zoë"].map(|name| format!("[[pupils]]\nname = \"{name}\"\n"));
+        std::fs::write(&class, pupils.concat())?;
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        command.args(["classroom", "--port", "0", "--world", "slide", "--class"]).arg(&class);
+        let running = Running::start(command.stdin(Stdio::null()));
+        let all = running.line();
+        let pupil = running.line();
+        let (_, address) = pupil.split_once("program ").context("no program")?;
+        let (address, _) = address.split_once(',').context("no page")?;
+        let page = Page { client: client.clone() };
+        client.goto(all.strip_prefix("all ").context("no page of all")?).await?;
+
+        page.wait_for_text("#role", "No program is connected").await?;
+        let outside = "const tile = document.querySelector('.tile').getBoundingClientRect();
+            return [...document.querySelectorAll('.tile:first-child *')].filter((one) =>
+                one.getBoundingClientRect().right > tile.right + 1).length";
+        for width in [1440, 1024, 390] {
+            page.resize(width, 844).await?;
+            let count = page.run(outside, json!(null)).await?;
+            ensure!(count == json!(0), "{count} parts are beyond their card at {width}");
+        }
+        let mut program = KitClient::online(address.parse()?);
+        program.exchange_all(&[[512, 0, 0, 0, 0, 0, 0, 0]]);
+        page.wait_for_text(".tile:first-child .phase", "Connected").await?;
+        page.wait_for_text("#role", "Another program drives").await?;
+        // It sends no last exchange, as one that is killed.
+        drop(program);
+        page.wait_for_text(".tile:first-child .phase", "outputs are still on").await?;
+        page.wait_for_text("#role", "outputs are still on").await?;
+        page.ensure_no_console_errors().await
+    })
 }

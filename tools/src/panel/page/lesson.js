@@ -4,7 +4,7 @@ import { Connection, token } from "./connection.js";
 import { button, h, setAttribute, setText } from "./dom.js";
 import { Floor } from "./floor.js";
 import { holdButtons } from "./keys.js";
-import { hosts, pushState, setHosts } from "./state.js";
+import { hosts, phaseWords, pushState, setHosts } from "./state.js";
 import { readColours } from "./trace.js";
 import { currentLanguage, setLanguage, t } from "./words.js";
 import { World } from "./world.js";
@@ -143,7 +143,7 @@ function showMachine() {
   }
   view.update();
   const { phase } = host.state.link;
-  setText($("role"), phase === "running" ? w("online") : t(phase === "lost" ? "lost" : "idle"));
+  setText($("role"), phase === "running" ? w("online") : t(phase === "lost" ? "lost" : phaseWords(host.state)));
 }
 
 /** Asks for the state of the lesson, again and again. */

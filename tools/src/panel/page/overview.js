@@ -1,6 +1,7 @@
 // All controllers at once: a card for each, with what it does at a glance.
 
 import { button, h, setAttribute, setStyle, setText } from "./dom.js";
+import { phaseWords } from "./state.js";
 import { currentLanguage, milliseconds, sentence, t } from "./words.js";
 
 class Tile {
@@ -30,7 +31,7 @@ class Tile {
     setText(this.title, title);
     const phase = state?.link.phase ?? "connecting";
     setAttribute(this.phase, "data-phase", phase);
-    setText(this.phase, t(phase));
+    setText(this.phase, t(state ? phaseWords(state) : phase));
     if (!state) return setText(this.facts, address);
     const { link, areas, driver, you_drive } = state;
     const [{ alive, inputs, motors }] = areas;

@@ -7,7 +7,7 @@ import { Gate } from "./gate.js";
 import { HostView } from "./host.js";
 import { holdButtons } from "./keys.js";
 import { Overview } from "./overview.js";
-import { hosts, pushState, setHosts } from "./state.js";
+import { hosts, phaseWords, pushState, setHosts } from "./state.js";
 import { readColours } from "./trace.js";
 import { ControlLock } from "./control_lock.js";
 import { Tabs } from "./tabs.js";
@@ -173,7 +173,7 @@ function showControls() {
 function showRole() {
   const known = [...hosts.values()].some((host) => host.state);
   const isShown = ![...hosts.values()].some((host) => host.driven);
-  const role = isShown ? "shown" : control.mine ? "driving" : control.comes ? "coming" : "looking";
+  const role = isShown ? shownRole() : control.mine ? "driving" : control.comes ? "coming" : "looking";
   setText($("role"), known ? t(role) : "");
   setAttribute($("role"), "data-drives", control.mine);
   setAttribute($("banner"), "hidden", !known || role !== "looking");
@@ -181,6 +181,14 @@ function showRole() {
   setText($("driver"), other ? t("driverOther", { page: control.driver }) : t("driverNobody"));
   // It stays the same button, so that a click is not lost while its text changes.
   setText(take, t(other ? "takeOver" : "drive"));
+}
+
+/** What drives where no page does: of all controllers, or of the one that is looked at. */
+function shownRole() {
+  const chosen = shown.host === "all" ? [...hosts.values()] : [hosts.get(shown.host)];
+  const states = chosen.map((host) => host?.state).filter(Boolean);
+  const words = states.map(phaseWords);
+  return ["idleOn", "idle"].find((idle) => words.includes(idle) && states.every(({ link }) => link.phase === "idle")) ?? "shown";
 }
 
 function setLost(lost) {

@@ -92,3 +92,9 @@ export function setHosts(list) {
 export function pushState(state) {
   hosts.get(state.host)?.push(state);
 }
+
+/** The words for the phase of a controller: what a program has left on stays on when it is gone. */
+export function phaseWords({ link: { phase }, areas }) {
+  const isOn = areas.some(({ alive, motors }) => alive && motors.some(({ duty }) => duty.some(Boolean)));
+  return phase === "idle" && isOn ? "idleOn" : phase;
+}

@@ -21,7 +21,7 @@ const ENGLISH = {
   lostTitle: "No connection to the program",
   lostText: "It has ended or does not answer. Its end switches all motors off; if it was killed, they may go on. This page keeps trying. If you start it again, open the address that it prints.",
   dismiss: "Close message",
-  connecting: "Connecting", idle: "No program is connected", running: "Connected", gap: "Reconnecting", lost: "No connection", ended: "Ended", unclear: "Not understood",
+  connecting: "Connecting", idle: "No program is connected", idleOn: "No program is connected, outputs are still on", running: "Connected", gap: "Reconnecting", lost: "No connection", ended: "Ended", unclear: "Not understood",
   simulated: "simulated", waiting: "Waiting for the first values …", waitingForProgram: "Waiting for the program …",
   noToken: "This address has no token. Open the address that the program prints.",
 
@@ -85,7 +85,7 @@ const GERMAN = {
   lostTitle: "Keine Verbindung zum Programm",
   lostText: "Es wurde beendet oder antwortet nicht. Sein Ende schaltet alle Motoren aus; wurde es gewaltsam beendet, können sie weiterlaufen. Diese Seite versucht es weiter. Wenn du es neu startest, öffne die Adresse, die es ausgibt.",
   dismiss: "Meldung schließen",
-  connecting: "Verbindet", idle: "Kein Programm ist verbunden", running: "Verbunden", gap: "Verbindet neu", lost: "Keine Verbindung", ended: "Beendet", unclear: "Nicht verstanden",
+  connecting: "Verbindet", idle: "Kein Programm ist verbunden", idleOn: "Kein Programm ist verbunden, Ausgänge sind noch an", running: "Verbunden", gap: "Verbindet neu", lost: "Keine Verbindung", ended: "Beendet", unclear: "Nicht verstanden",
   simulated: "simuliert", waiting: "Wartet auf die ersten Werte …", waitingForProgram: "Wartet auf das Programm …",
   noToken: "In dieser Adresse fehlt das Token. Öffne die Adresse, die das Programm ausgibt.",
 
