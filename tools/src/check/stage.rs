@@ -2,7 +2,9 @@
 //!
 //! Every exchange is kept, so nothing is missed while a check is busy. Times are those of the machine.
 
+use std::collections::BTreeSet;
 use std::ffi::OsString;
+use std::mem;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::tx::Input;
@@ -52,6 +54,8 @@ pub(super) struct Stage<'a> {
     /// When it was seen that the program has ended with an error, such as that of a connection that was lost because it
     /// stood still.
     failed: Option<Instant>,
+    /// The buttons that are pressed now.
+    pressed: BTreeSet<Input>,
     /// Whether somebody wants to end the check.
     is_over: &'a dyn Fn() -> bool,
 }
@@ -68,7 +72,7 @@ impl<'a> Stage<'a> {
         let address = txt.txt().address().to_string();
         let (program, stderr) = Program::start_heard(program, &address, Reads::Nothing)?;
         let driver = Driver::Own { program, heard: Heard::listen(stderr)? };
-        Ok(Self { driver, txt, report, mark: 0, failed: None, is_over: &|| false })
+        Ok(Self::new(driver, txt, report, &|| false))
     }
 
     /// A stage for a program that somebody starts elsewhere.
@@ -79,7 +83,12 @@ impl<'a> Stage<'a> {
         is_over: &'a dyn Fn() -> bool,
     ) -> anyhow::Result<Self> {
         Self::clear(&txt, world)?;
-        Ok(Self { driver: Driver::Guest, txt, report, mark: 0, failed: None, is_over })
+        Ok(Self::new(Driver::Guest, txt, report, is_over))
+    }
+
+    fn new(driver: Driver, txt: Txt, report: &'a Report, is_over: &'a dyn Fn() -> bool) -> Self {
+        let pressed = BTreeSet::new();
+        Self { driver, txt, report, mark: 0, failed: None, pressed, is_over }
     }
 
     /// The world as it is at its start, and no exchange yet.
@@ -140,6 +149,11 @@ impl<'a> Stage<'a> {
 
     /// Presses or releases a button.
     pub(super) fn press(&mut self, input: Input, pressed: bool) {
+        if pressed {
+            self.pressed.insert(input);
+        } else {
+            self.pressed.remove(&input);
+        }
         self.change(|world| {
             world.press(0, input, pressed);
         });
@@ -330,6 +344,10 @@ impl<'a> Stage<'a> {
 
 impl Drop for Stage<'_> {
     fn drop(&mut self) {
+        // A check that something wrong has ended leaves no button pressed to who tries the machine then.
+        for input in mem::take(&mut self.pressed) {
+            self.press(input, false);
+        }
         self.txt.log.begin(false);
     }
 }
@@ -405,9 +423,11 @@ mod tests {
     use std::thread;
 
     use ft_transfer_area::TransferAreaComHandler;
+    use ft_transfer_area_simulator::world::Board;
 
     use super::*;
     use crate::check;
+    use crate::names::Names;
 
     #[test]
     fn no_exchange_of_the_program_before_is_one_of_this_check() {
@@ -422,5 +442,21 @@ mod tests {
         Stage::clear_after(&txt, &world).unwrap();
         before.join().unwrap();
         assert_eq!(txt.log.len(), 0);
+    }
+
+    #[test]
+    fn a_check_leaves_no_button_pressed() {
+        let world = World::new().master(Board::default().input(Input::I1, Sensor::BUTTON));
+        let txt = check::simulated_txt(SimulatedTxt::builder(), &world).unwrap();
+        let value = |txt: &Txt| {
+            let look = |world: &WorldState| world.sensor(0, Input::I1).unwrap().value().value;
+            txt.txt().with_machine(|machine| machine.world().map(look)).unwrap()
+        };
+        let report = Report::new(None, Names::default());
+        let mut stage = Stage::for_guest(txt.clone(), &world, &report, &|| true).unwrap();
+        assert!(stage.tap(Input::I1).is_err(), "somebody has ended it");
+        assert_eq!(value(&txt), 1.0);
+        drop(stage);
+        assert_eq!(value(&txt), 0.0);
     }
 }

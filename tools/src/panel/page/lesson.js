@@ -146,6 +146,11 @@ function showMachine() {
   setText($("role"), phase === "running" ? w("online") : t(phase === "lost" ? "lost" : phaseWords(host.state)));
 }
 
+/** A sentence in which code stands between backticks. */
+function withCode(text) {
+  return text.split("`").map((part, index) => index % 2 ? h("code", {}, part) : part);
+}
+
 /** Asks for the state of the lesson, again and again. */
 async function ask() {
   try {
@@ -208,7 +213,7 @@ function showSteps({ number, count, check, checking, may_check: mayCheck, addres
     steps.length ? h("ol", {}, steps.map(line)) : null,
     isSolved ? h("p", { class: "verdict" }, w("solved")) : null,
     wrong ? h("p", { class: "verdict" }, said(wrong.what)) : null,
-    wrong?.hint ? h("p", { class: "hint" }, w("hint", { text: said(wrong.hint) })) : null,
+    wrong?.hint ? h("p", { class: "hint" }, withCode(w("hint", { text: said(wrong.hint) }))) : null,
     wrong?.note ? h("p", { class: "hint" }, said(wrong.note)) : null,
     text ? h("p", { class: "note" }, w(text)) : null,
     // A program that is started here needs nobody to start it.
