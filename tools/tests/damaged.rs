@@ -2,8 +2,7 @@
 
 use std::fs;
 use std::path::Path;
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use ft_transfer_area::TransferAreaComHandler;
 use ft_transfer_area_recorder::{Options, Recorder};
@@ -12,10 +11,9 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 use crate::recording::{in_folder, run, said, txt};
-use crate::running::Running;
+use crate::running::{wait_for, Running};
 
 const CYCLES: u64 = 400;
-const LIMIT: Duration = Duration::from_secs(60);
 
 /// A recording of a program that writes the number of each cycle to O2, and the same with a damaged part in the middle.
 fn recordings() -> (TempDir, String, String) {
@@ -37,28 +35,17 @@ fn record(path: &Path) {
     let handler = handler(txt.port());
     let recorder = Recorder::start(&handler, path, Options::default().capacity(5000)).unwrap();
     handler.begin_transfer().unwrap();
-    let mut size = 0;
+    let length = || fs::metadata(path).unwrap().len();
+    let mut before = 0;
+    // Several chunks, also when the program is faster than the recorder.
     drive(&handler, |cycle| {
         if cycle % (CYCLES / 4) == 0 {
-            size = longer_than(path, size);
+            wait_for("more is recorded", || length() > before);
+            before = length();
         }
     });
     handler.end_transfer().unwrap();
     assert_eq!(recorder.finish().unwrap().lost, 0);
-}
-
-/// Waits until the file is longer than this, so that there are several chunks also when the program is faster than the
-/// recorder. Returns its length.
-fn longer_than(path: &Path, size: u64) -> u64 {
-    let begin = Instant::now();
-    while begin.elapsed() < LIMIT {
-        let now = fs::metadata(path).unwrap().len();
-        if now > size {
-            return now;
-        }
-        thread::sleep(Duration::from_millis(10));
-    }
-    panic!("nothing was recorded behind the first {size} bytes");
 }
 
 /// A handler in lock-step, so that the program of each run is the same.

@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::{FirmwareVersion, TransferAreaComHandler};
@@ -12,7 +11,7 @@ use ft_transfer_area_simulator::SimulatedTxt;
 use tempfile::TempDir;
 
 use crate::replay::record;
-use crate::running::Running;
+use crate::running::{wait_for, Running};
 use crate::watch::away::{at_free_ports, started};
 
 pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
@@ -146,9 +145,7 @@ fn a_file_that_somebody_has_given_another_name_is_missed_at_the_end() {
             command.arg("--no-page");
         }
         let running = Running::start(&mut command);
-        while fs::metadata(&path).map_or(0, |file| file.len()) == 0 {
-            thread::sleep(Duration::from_millis(5));
-        }
+        wait_for("nothing is recorded", || fs::metadata(&path).is_ok_and(|file| file.len() > 0));
         fs::rename(&path, &other).unwrap();
         running.signal("INT");
         let output = running.end();

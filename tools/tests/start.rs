@@ -4,12 +4,12 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::process::Command;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::Value;
 
-use crate::running::Running;
+use crate::running::{wait_for, Running};
 
 /// How long a test waits for what has to happen.
 const LIMIT: Duration = Duration::from_secs(40);
@@ -61,14 +61,6 @@ fn json(url: &str, method: &str, path: &str) -> Value {
 fn open(start: &Start, kind: &str, name: &str) -> String {
     let answer = json(&start.url, "POST", &format!("/open?kind={kind}&name={name}"));
     answer["url"].as_str().unwrap().to_owned()
-}
-
-fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
-    let deadline = Instant::now() + LIMIT;
-    while !is_so() {
-        assert!(Instant::now() < deadline, "{what}");
-        thread::sleep(Duration::from_millis(10));
-    }
 }
 
 fn is_served(url: &str) -> bool {

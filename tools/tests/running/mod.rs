@@ -10,8 +10,20 @@ use crossbeam_channel::{unbounded, Receiver};
 /// How long a line may take, however busy the computer is.
 const LIMIT: Duration = Duration::from_secs(60);
 
+/// How long anything else may take that a test waits for.
+const WAIT: Duration = Duration::from_secs(40);
+
 /// How long it may take to end when it is asked to.
 const LAST_WORDS: Duration = Duration::from_secs(10);
+
+/// Waits until this is so; if it takes too long, the test fails.
+pub(crate) fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
+    let deadline = Instant::now() + WAIT;
+    while !is_so() {
+        assert!(Instant::now() < deadline, "{what}");
+        thread::sleep(Duration::from_millis(10));
+    }
+}
 
 pub(crate) struct Running {
     child: Child,

@@ -1,15 +1,13 @@
 //! A program that `txt watch` starts.
 
 use std::process::{Command, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
 
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use super::support::{command, listening, logged, KitClient};
 use super::LIMIT;
 use crate::recording::{run, said};
-use crate::running::Running;
+use crate::running::{wait_for, Running};
 
 /// The command for a controller with a program that a shell runs: there, `$0` is the address.
 fn shell(txt: &SimulatedTxt, script: &str) -> Command {
@@ -77,11 +75,7 @@ fn the_inner_one_of_two_stops_its_controller_when_the_outer_one_is_killed() {
     client.exchange([512, 0, 0, 0, 0, 0, 0, 0]);
     watch.signal("KILL");
     let stops = || duties.lock().unwrap().last().is_some_and(|last| last[..] == [[0; 8]]);
-    let deadline = Instant::now() + LIMIT;
-    while !stops() && Instant::now() < deadline {
-        thread::sleep(Duration::from_millis(5));
-    }
-    assert!(stops(), "the motor goes on");
+    wait_for("the motor goes on", stops);
     assert!(watch.leaves_nothing());
 }
 

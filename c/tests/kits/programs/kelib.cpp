@@ -148,17 +148,23 @@ static bool is_new(FISH_X1_TRANSFER *area)
         && memcmp(&area->ftX1out, &output, sizeof output) == 0;
 }
 
+// Configures an input, and commands a reset and a distance.
+static void command(FISH_X1_TRANSFER *area, int config_id, int distance)
+{
+    area->ftX1config.uni[0].mode = MODE_R;
+    area->ftX1state.config_id = config_id;
+    area->ftX1out.distance[0] = distance;
+    area->ftX1out.motor_ex_cmd_id[0] = 7;
+    area->ftX1out.cnt_reset_cmd_id[0] = 3;
+    area->ftX1out.duty[0] = 512;
+}
+
 static int start_again(FISH_X1_TRANSFER *area)
 {
     if (!is_new(area)) {
         return 3;
     }
-    area->ftX1config.uni[0].mode = MODE_R;
-    area->ftX1state.config_id = 1;
-    area->ftX1out.distance[0] = 5;
-    area->ftX1out.motor_ex_cmd_id[0] = 7;
-    area->ftX1out.cnt_reset_cmd_id[0] = 3;
-    area->ftX1out.duty[0] = 512;
+    command(area, 1, 5);
     while (!area->ftX1in.motor_ex_reached[0] || !area->ftX1in.cnt_resetted[0] || calls == 0) {
         usleep(1000);
     }
@@ -183,12 +189,7 @@ static int start_again(FISH_X1_TRANSFER *area)
 static int start_twice(FISH_X1_TRANSFER *area)
 {
     usleep(1200000);
-    area->ftX1config.uni[0].mode = MODE_R;
-    area->ftX1state.config_id = 5;
-    area->ftX1out.distance[0] = 5000;
-    area->ftX1out.motor_ex_cmd_id[0] = 7;
-    area->ftX1out.cnt_reset_cmd_id[0] = 3;
-    area->ftX1out.duty[0] = 512;
+    command(area, 5, 5000);
     while (area->ftX1in.counter[0] < 20 || !area->ftX1in.cnt_resetted[0]) {
         usleep(1000);
     }

@@ -187,8 +187,8 @@ function showRole() {
 function shownRole() {
   const chosen = shown.host === "all" ? [...hosts.values()] : [hosts.get(shown.host)];
   const states = chosen.map((host) => host?.state).filter(Boolean);
-  const words = states.map(phaseWords);
-  return ["idleOn", "idle"].find((idle) => words.includes(idle) && states.every(({ link }) => link.phase === "idle")) ?? "shown";
+  if (!states.length || states.some(({ link }) => link.phase !== "idle")) return "shown";
+  return states.map(phaseWords).includes("idleOn") ? "idleOn" : "idle";
 }
 
 function setLost(lost) {
