@@ -51,9 +51,9 @@ pub(super) struct Stage<'a> {
     report: &'a Report,
     /// The number of exchanges before the last thing that was done to the machine.
     mark: usize,
-    /// When it was seen that the program has ended with an error, such as that of a connection that was lost because it
-    /// stood still.
-    failed: Option<Instant>,
+    /// When an exchange was waited for last while the program was online. A program that leaves goes offline at once; one
+    /// that stands still does not, until the controller ends its connection.
+    quiet: Option<Instant>,
     /// The buttons that are pressed now.
     pressed: BTreeSet<Input>,
     /// Whether somebody wants to end the check.
@@ -88,7 +88,7 @@ impl<'a> Stage<'a> {
 
     fn new(driver: Driver, txt: Txt, report: &'a Report, is_over: &'a dyn Fn() -> bool) -> Self {
         let pressed = BTreeSet::new();
-        Self { driver, txt, report, mark: 0, failed: None, pressed, is_over }
+        Self { driver, txt, report, mark: 0, quiet: None, pressed, is_over }
     }
 
     /// The world as it is at its start, and no exchange yet.
@@ -135,7 +135,7 @@ impl<'a> Stage<'a> {
     pub(super) fn stood_still(&self) -> Option<Duration> {
         let kept = self.txt.log.lock();
         let clocks: Vec<_> =
-            kept.moments.iter().map(|moment| moment.clock).chain(self.failed).collect();
+            kept.moments.iter().map(|moment| moment.clock).chain(self.quiet).collect();
         let pauses = clocks.windows(2).map(|two| two[1].saturating_duration_since(two[0]));
         pauses.max().filter(|pause| *pause > STANDSTILL)
     }
@@ -329,8 +329,10 @@ impl<'a> Stage<'a> {
             if self.txt().wait_until(is_there, LOOK) {
                 return Ok(());
             }
+            if self.txt.is_online() {
+                self.quiet = Some(Instant::now());
+            }
             if let Some(well) = self.ended()? {
-                self.failed = (!well).then(Instant::now);
                 return Err(ended(well, self.exchanges() > 0));
             }
             // A guest may take its time to begin.

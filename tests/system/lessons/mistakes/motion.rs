@@ -84,10 +84,13 @@ pub(crate) fn counter(handler: &TransferAreaComHandler, mistake: &str) -> Result
     let turn = |direction| {
         handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction)
     };
+    // So long that the controller ends the connection; once longer than the check waits for an exchange.
     let stands_still = match mistake {
-        "stands_still" => true,
-        "stands_still_once" => is_first().expect("there is a folder for temporary files"),
-        _ => false,
+        "stands_still" => Some(8),
+        "stands_still_once" => {
+            is_first().expect("there is a folder for temporary files").then_some(12)
+        }
+        _ => None,
     };
     loop {
         handler.areas().wait_until(pressed, Duration::MAX)?;
@@ -96,9 +99,8 @@ pub(crate) fn counter(handler: &TransferAreaComHandler, mistake: &str) -> Result
             handler.areas().wait_counter_reset(LOCAL_IO, Counter::C1, LIMIT)?;
         }
         turn(if mistake == "up" { Direction::Ccw } else { Direction::Cw })?;
-        if stands_still {
-            // So long that the controller ends the connection.
-            stand_still(8).expect("there is a shell");
+        if let Some(seconds) = stands_still {
+            stand_still(seconds).expect("there is a shell");
         }
         match mistake {
             "by_time" => seconds(1.0),
