@@ -48,7 +48,7 @@ pub(crate) struct Mirror<A: Area> {
     dev_mode: u8,
     known: [Known; AREAS],
     /// For a program on a TXT itself, as far as it knows. Its areas have only values of the inputs and timers:
-    /// neither names nor marks of what has changed.
+    /// neither names, marks of what has changed, nor the microphone.
     supply: Option<Supply>,
     begun: Instant,
 }
@@ -243,10 +243,12 @@ impl<A: Area> Mirror<A> {
             // An extension has none of its own.
             Some(supply) if index == 0 => supply.fill(&mut txt_inputs),
             Some(_) => {}
-            None => array.store(places.change, change),
+            None => {
+                array.store(places.change, change);
+                array.store(places.txt_inputs2, area.txt_inputs2);
+            }
         }
         array.store(places.txt_inputs, txt_inputs);
-        array.store(places.txt_inputs2, area.txt_inputs2);
 
         // A program that sees a flag also sees the values, and one that sees an id also sees the flag: otherwise it
         // could set a flag back before it is set.

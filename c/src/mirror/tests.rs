@@ -1,3 +1,5 @@
+use ft_transfer_area::transfer_area::TxtInputs2;
+
 use super::*;
 
 #[test]
@@ -203,6 +205,22 @@ fn the_end_of_a_distance_is_not_taken_for_the_next_one_on_a_txt() {
     assert_eq!(exchange(1), 0, "the program waits for a cycle");
     command(2, 100);
     assert_eq!((exchange(1), exchange(1), exchange(2)), (0, 0, 1));
+}
+
+/// As with the maker's library.
+#[test]
+fn the_microphone_is_0_for_a_program_on_a_txt() {
+    let mut areas = vec![FishX1Transfer::default(); AREAS];
+    areas[0].txt_inputs2 = TxtInputs2 { mic_lin: 7, mic_log: 8 };
+    let online = |array| Mirror::<FishX1Transfer>::new(array, DEV_MODE_ONLINE);
+    for (mirror, heard) in [(online as fn(_) -> _, (7, 8)), (Mirror::on_txt, (0, 0))] {
+        let array = Arc::new(AreaArray::new());
+        let mut mirror = mirror(Arc::clone(&array));
+        mirror.begin(&areas);
+        mirror.take_in(&areas, |_| {});
+        let TxtInputs2 { mic_lin, mic_log } = array.load(array.places(0).txt_inputs2);
+        assert_eq!((mic_lin, mic_log), heard);
+    }
 }
 
 /// As published programs command each distance.
