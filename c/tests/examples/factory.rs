@@ -149,11 +149,20 @@ fn order(robot: &SimulatedTxt, wanted: Piece) {
     assert_eq!(robot.with_machine(|machine| machine.world_mut()?.take("pickup")), Some(wanted));
 }
 
-/// The shipped factory; with faster motors, to save a minute, unless `THOROUGH` is in the environment.
+/// Whether `THOROUGH` is in the environment.
+fn is_thorough() -> bool {
+    env::var_os("THOROUGH").is_some()
+}
+
+/// The first one is of another colour than the one that the processing station has when it is alone.
+const RED_FIRST: [Piece; 3] = [Piece::Red, Piece::White, Piece::Blue];
+const BLUE_FIRST: [Piece; 3] = [Piece::Blue, Piece::White, Piece::Red];
+
+/// The shipped factory; with faster motors, to save a minute, unless it is thorough.
 fn factory() -> SimulatedFactory {
     let mut factory = Factory::shipped("factory").expect("it is shipped");
     // The sorting line is as it is: it counts what its belt runs.
-    let is_hastened = |name: &String| name != "sorting" && env::var_os("THOROUGH").is_none();
+    let is_hastened = |name: &String| name != "sorting" && !is_thorough();
     for (_, world) in factory.controllers.iter_mut().filter(|(name, _)| is_hastened(name)) {
         let boards = iter::once(&mut world.master).chain(&mut world.extensions);
         boards.flat_map(|board| board.motors.values_mut()).for_each(|motor| motor.top_speed *= 4.0);
@@ -181,8 +190,7 @@ fn workpieces_go_through_the_whole_factory_and_come_back() {
             // What it has said is shown if the test fails.
             scope.spawn(move || print!("{}", run(station, arguments, txt, broker)));
         }
-        // The first one is of another colour than the one that the processing station has when it is alone.
-        for wanted in [Piece::Red, Piece::White, Piece::Blue] {
+        for wanted in if is_thorough() { BLUE_FIRST } else { RED_FIRST } {
             order(txt("robot"), wanted);
         }
     });

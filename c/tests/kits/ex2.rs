@@ -165,6 +165,22 @@ fn a_callback_may_throw_or_delete_its_handler() {
 }
 
 #[test]
+fn after_a_callback_that_took_too_long_the_program_goes_on() {
+    let txt = simulated().start().unwrap();
+    let Some(mut running) = started(&txt, "block") else { return };
+    wait_duty(&txt, 0, 300);
+    set_input(&txt, 4, 1);
+    wait_duty(&txt, 0, 0);
+    wait_duty(&txt, 0, 300);
+    set_input(&txt, 7, 1);
+    running.expect("input 0:7 1");
+    running.expect("active");
+    let ended = running.end();
+    assert!(ended.err.contains("a callback of the program took longer"), "{}", ended.err);
+    ended.well();
+}
+
+#[test]
 fn failures_are_codes_with_the_reason_on_the_standard_error() {
     let Some(program) = program() else { return };
     let ended = Running::start(program, "127.0.0.1:1", &[]).end();

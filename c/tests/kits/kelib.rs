@@ -250,6 +250,36 @@ fn a_distance_goes_on_after_a_callback_that_took_too_long() {
 }
 
 #[test]
+fn duties_are_limited_and_both_outputs_of_a_motor_may_be_on() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let mut running = Running::with(program, &txt, &["odd duties"]);
+    running.expect("set");
+    wait_until(&txt, "the duties", |machine| {
+        machine.controllers[0].outputs.duty == [512, 0, 512, 0, 0, 0, 300, 200]
+    });
+    set_input(&txt, 7, 1);
+    running.end().well();
+}
+
+#[test]
+fn a_counter_that_is_reset_in_a_distance_moves_its_end() {
+    let Some(program) = program() else { return };
+    let turned = Arc::new(Mutex::new((0, 0)));
+    let all = Arc::clone(&turned);
+    let txt = simulated().on_exchange(move |machine| {
+        let (now, mut turned) = (machine.controllers[0].counter[0], all.lock().unwrap());
+        turned.0 += (now - turned.1).max(0);
+        turned.1 = now;
+    });
+    let txt = txt.start().unwrap();
+    let mut running = Running::with(program, &txt, &["reset in a distance"]);
+    running.expect("0 1");
+    running.end().well();
+    assert!(turned.lock().unwrap().0 >= 250, "{turned:?}");
+}
+
+#[test]
 fn nothing_stays_from_one_start_to_the_next() {
     let Some(program) = program() else { return };
     let txt = simulated().start().unwrap();

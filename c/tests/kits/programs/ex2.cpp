@@ -147,6 +147,12 @@ int main(int argc, char *argv[])
         ComHandler->SetFtTaCompleted([](ftIF2013TransferAreaComHandlerEx2 *o) {
             if (o->GetInIOValueBinary(LOCAL_IO, I5)) throw runtime_error("as a test");
         });
+    static atomic<bool> hasBlocked(false);
+    if (what == "block")
+        ComHandler->SetFtTaCompleted([](ftIF2013TransferAreaComHandlerEx2 *o) {
+            ticks++;
+            if (o->GetInIOValueBinary(LOCAL_IO, I5) && !hasBlocked.exchange(true)) pause_ms(1200);
+        });
     if (what == "delete")
         ComHandler->SetFtTaCompleted([](ftIF2013TransferAreaComHandlerEx2 *o) {
             if (!o->GetInIOValueBinary(LOCAL_IO, I5)) return;
@@ -174,6 +180,7 @@ int main(int argc, char *argv[])
         while (!ComHandler->GetInIOValueBinary(LOCAL_IO, I5)) pause_ms(5);
         return 0;
     }
+    if (what == "block") ComHandler->SetOutMotorValues(LOCAL_IO, M1, 300);
     if (what == "delete") {
         while (!stopWhile) pause_ms(5);
         return 0;

@@ -265,6 +265,41 @@ static int keep_flags(FISH_X1_TRANSFER *area)
     return 0;
 }
 
+// Duties that no right program gives, and both outputs of a motor.
+static int set_odd_duties(FISH_X1_TRANSFER *area)
+{
+    const int duties[] = {513, 0, 767, 0, -2, 0, 300, 200};
+    for (int i = 0; i < 8; i++) {
+        area->ftX1out.duty[i] = duties[i];
+    }
+    say("set");
+    while (!area->ftX1in.uni[7]) {
+        usleep(1000);
+    }
+    return 0;
+}
+
+// The target is then reached later.
+static int reset_in_a_distance(FISH_X1_TRANSFER *area)
+{
+    area->ftX1out.duty[0] = 512;
+    area->ftX1out.distance[0] = 200;
+    area->ftX1out.motor_ex_cmd_id[0]++;
+    while (area->ftX1in.counter[0] < 50) {
+        usleep(1000);
+    }
+    area->ftX1out.cnt_reset_cmd_id[0]++;
+    while (!area->ftX1in.cnt_resetted[0]) {
+        usleep(1000);
+    }
+    printf("%d", area->ftX1in.motor_ex_reached[0]);
+    while (!area->ftX1in.motor_ex_reached[0]) {
+        usleep(1000);
+    }
+    printf(" %d\n", area->ftX1in.counter[0] >= 200);
+    return 0;
+}
+
 // M2 has done its distance when the callback blocks, M1 has not.
 static int block_in_a_distance(FISH_X1_TRANSFER *area)
 {
@@ -450,6 +485,12 @@ int main(int argc, char *argv[])
     }
     if (strcmp(what, "flags") == 0) {
         return keep_flags(area);
+    }
+    if (strcmp(what, "odd duties") == 0) {
+        return set_odd_duties(area);
+    }
+    if (strcmp(what, "reset in a distance") == 0) {
+        return reset_in_a_distance(area);
     }
     if (strcmp(what, "block in a distance") == 0) {
         return block_in_a_distance(area);
