@@ -8,21 +8,30 @@ use super::{check, stopped, Check, ADDRESS};
 use crate::controller::Controller;
 use crate::program::{output_in_time, tx_run};
 
-/// A program in the folder `c`, what is plugged in, and a part of what it prints.
-const PROGRAMS: [(&str, &str, &str); 7] = [
-    ("examples/gate.c", "examples/gate.toml", " pulses"),
-    ("examples/pc_slide.c", "slide", " pulses back"),
-    ("examples/txt_button.cpp", "default", "press 3"),
-    ("examples/kit_loop.cpp", "kit", "600 cycles"),
-    ("examples/kit_callbacks.cpp", "default", "M2 has done 1"),
-    ("examples/warehouse.cpp", "high_bay_warehouse", ""),
-    ("tests/tx_run/programs/i2c_missing.c", "default", ""),
+const KELIB: &str = "tests/kits/programs/kelib.cpp";
+
+/// A program in the folder `c` with its argument if it has one, what is plugged in, and a part of what it prints.
+const PROGRAMS: [(&str, &str, &str, &str); 13] = [
+    ("examples/gate.c", "", "examples/gate.toml", " pulses"),
+    ("examples/pc_slide.c", "", "slide", " pulses back"),
+    ("examples/txt_button.cpp", "", "default", "press 3"),
+    ("examples/kit_loop.cpp", "", "kit", "600 cycles"),
+    ("examples/kit_callbacks.cpp", "", "default", "M2 has done 1"),
+    ("examples/warehouse.cpp", "", "high_bay_warehouse", ""),
+    ("tests/tx_run/programs/i2c_missing.c", "", "default", ""),
+    (KELIB, "again", "default", "1 0 1 0\n1 1\n"),
+    (KELIB, "motor", "default", "1\nsound\n"),
+    (KELIB, "flags", "default", "stayed\n"),
+    (KELIB, "reset in a distance", "default", "0 1\n"),
+    (KELIB, "end sounds", "default", "0 0 3 3 3 3 7 8 \n"),
+    (KELIB, "i2c", "default", "170F"),
 ];
 
 pub(super) fn checks() -> impl Iterator<Item = (String, Check)> {
-    let programs = PROGRAMS.iter().map(|(program, world, said)| {
-        let check: Check = Box::new(move |controller| run(controller, program, world, said));
-        (format!("tx_run {program}"), check)
+    let programs = PROGRAMS.iter().map(|(program, argument, world, said)| {
+        let check: Check =
+            Box::new(move |controller| run(controller, program, argument, world, said));
+        (format!("tx_run {program} {argument}").trim_end().to_owned(), check)
     });
     programs.chain([check("tx_run, whose program is killed", killed)])
 }
@@ -43,7 +52,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../c")
 }
 
-fn run(controller: &Controller, program: &str, world: &str, said: &str) {
+fn run(controller: &Controller, program: &str, argument: &str, world: &str, said: &str) {
     let folder = folder();
     let file = folder.join(world);
     match world {
@@ -52,7 +61,10 @@ fn run(controller: &Controller, program: &str, world: &str, said: &str) {
         _ if file.is_file() => controller.plug_in(World::load(file).unwrap()),
         _ => controller.plug_in(World::shipped(world).unwrap()),
     }
-    let output = output_in_time(tx_run().arg(folder.join(program)).args(["--host", ADDRESS]));
+    let argument = Some(argument).filter(|argument| !argument.is_empty());
+    let mut command = tx_run();
+    command.arg(folder.join(program)).args(["--host", ADDRESS, "--"]).args(argument);
+    let output = output_in_time(&mut command);
     let said_by = |bytes| String::from_utf8(bytes).unwrap();
     let (out, err) = (said_by(output.stdout), said_by(output.stderr));
     assert!(output.status.success(), "{out}{err}");
