@@ -149,9 +149,51 @@ pub(crate) fn advice_for_header(said: &str, source: &Path) -> Option<String> {
     })
 }
 
+/// The header of ftMscLibEx, which has its names.
+const EXTENDED: &str = include_str!("../../include/ftMscLibEx.h");
+
+/// What compilers say of a name that they do not know.
+const UNKNOWN: [&str; 4] = ["not declared", "undeclared", "implicit declaration", "unknown type"];
+
+/// What to do when a compiler does not know a name of ftMscLibEx: its manual names no header, and programs may include that
+/// of ftMscLib. Empty when it knows them.
+pub(crate) fn advice_for_extended(said: &str) -> &'static str {
+    let words = |text: &'static str| text.split(|next: char| !is_of_name(next));
+    let lines = said.lines().filter(|line| UNKNOWN.iter().any(|words| line.contains(words)));
+    let mut unknown = lines.flat_map(|line| line.split(|next: char| !is_of_name(next)));
+    let is_of_it = |name: &str| {
+        let is_its_form =
+            name.starts_with("SetCB") || name.starts_with("GetCB") || name.ends_with(['2', '4']);
+        is_its_form && words(EXTENDED).any(|word| word == name)
+    };
+    if unknown.any(is_of_it) {
+        "; include ftMscLibEx.h in place of ftMscLib.h"
+    } else {
+        ""
+    }
+}
+
+fn is_of_name(character: char) -> bool {
+    character.is_ascii_alphanumeric() || character == '_'
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_header_of_names_of_ft_msc_lib_ex_is_named() {
+        for said in [
+            "ex.cpp:9:5: error: 'SetCBUniChanged' was not declared in this scope\n",
+            "\x1b[1mex.cpp:9:5: error: \x1b[0muse of undeclared identifier 'StartMotorExCmd4'\n",
+            "ex.c:3:1: error: unknown type name 'CB_LEVEL2'\n",
+        ] {
+            assert!(advice_for_extended(said).contains("include ftMscLibEx.h"), "{said}");
+        }
+        for said in ["a.c:1:1: error: 'motor2' undeclared\n", "SetCBUniChanged: wrong type\n"] {
+            assert_eq!(advice_for_extended(said), "");
+        }
+    }
 
     #[test]
     fn the_package_of_a_library_that_is_missing_is_named() {

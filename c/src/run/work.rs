@@ -175,7 +175,9 @@ impl Unit<'_> {
         let advice = packages::advice_for_header(&said, self.path())
             .unwrap_or_else(|| language::advice(self.source, is_for_txt).into());
         let of_longs = language::advice_for_longs(&said);
-        Err(format!("{} does not compile{advice}{of_longs}", self.path().display()).into())
+        let of_extended = packages::advice_for_extended(&said);
+        let path = self.path().display();
+        Err(format!("{path} does not compile{advice}{of_longs}{of_extended}").into())
     }
 
     /// Shows the warnings, and says what they mean when the program will not do what it does on Windows.
