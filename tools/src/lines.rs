@@ -173,7 +173,7 @@ impl Write for Log {
 }
 
 /// The messages of the last minute.
-struct Repeated {
+pub(crate) struct Repeated {
     /// `None` without a limit. Then only the last message is known.
     room: Option<usize>,
     messages: HashSet<String>,
@@ -186,6 +186,12 @@ struct Repeated {
     left_out: u64,
 }
 
+impl Default for Repeated {
+    fn default() -> Self {
+        Self::with_room(Some(ROOM_A_MINUTE))
+    }
+}
+
 impl Repeated {
     fn with_room(room: Option<usize>) -> Self {
         let messages = HashSet::new();
@@ -193,7 +199,7 @@ impl Repeated {
     }
 
     /// What is printed for this message now.
-    fn printed_now(&mut self, message: &str, now: Instant) -> Option<String> {
+    pub(crate) fn printed_now(&mut self, message: &str, now: Instant) -> Option<String> {
         let is_over = |since| now.saturating_duration_since(since) >= MINUTE;
         let is_other = self.room.is_none() && !self.messages.contains(message);
         let mut text = String::new();

@@ -16,7 +16,7 @@ use super::report::{json, say, Complaint, Master, PublishedEvent, Stage, State};
 use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
 use super::values::{Noise, Values};
 use crate::commands::stop_all;
-use crate::lines::Rarely;
+use crate::lines::{Rarely, Repeated};
 
 /// How long the last messages may take to the broker.
 const LEAVE_LIMIT: Duration = Duration::from_secs(2);
@@ -59,6 +59,8 @@ pub(crate) struct Relay {
     printed: Option<String>,
     /// For another bridge on this topic, which may send as much as it likes.
     another: Rarely,
+    /// Stops, of which others may cause as many as they like.
+    stops: Repeated,
     /// Whether the motors were stopped because a command was too old, and this was not published yet.
     too_late: bool,
     due: Due,
@@ -97,6 +99,7 @@ impl Relay {
             untold: None,
             printed: None,
             another: Rarely::default(),
+            stops: Repeated::default(),
             too_late: false,
             due: Due::default(),
         }
@@ -148,9 +151,11 @@ impl Relay {
         }
     }
 
-    /// The motors have been stopped: publishes why, and prints it.
+    /// The motors have been stopped: publishes why, and prints it if it was not printed in the last minute.
     pub(crate) fn stopped(&mut self, reason: String) {
-        self.say(&format!("all motors are stopped: {reason}"));
+        let line = format!("all motors are stopped: {reason}\n");
+        let text = self.stops.printed_now(&line, Instant::now());
+        text.iter().flat_map(|text| text.lines()).for_each(|line| self.say(line));
         let reported = json(&PublishedEvent::Stopped { reason: reason.clone() });
         if !self.publish(EVENT, false, reported) {
             self.untold = Some(reason);

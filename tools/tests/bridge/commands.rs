@@ -114,6 +114,7 @@ fn a_command_that_the_broker_has_kept_moves_nothing() {
 #[test]
 fn a_silent_master_stops_the_motors_and_a_heartbeat_keeps_them_turning() {
     const LIMIT: Duration = Duration::from_millis(800);
+    let begin = Instant::now();
     let Some(broker) = Broker::start() else { return };
     let txt = SimulatedTxt::builder().start().unwrap();
     let host = txt.address().to_string();
@@ -136,6 +137,11 @@ fn a_silent_master_stops_the_motors_and_a_heartbeat_keeps_them_turning() {
     // A master that comes back goes on.
     listener.send("ft/press/M1/set", r#"{"duty": 50}"#);
     wait_machine(&txt, "M1 turns again", |machine| m1(machine) == 50);
+    let from = listener.now();
+    listener.wait(from, "ft/press/event", |reported| reported["event"] == "stopped");
+    if begin.elapsed() < Duration::from_secs(50) {
+        assert_eq!(bridge.count("no command and no heartbeat came"), 1, "once a minute");
+    }
 }
 
 /// Turns M1 and sends heartbeats for twice the limit; `false` if that was not possible in time.
