@@ -3,7 +3,7 @@
 //! | what | which controller |
 //! |---|---|
 //! | `FT_TXT_PORTS="COM4=192.168.7.2, COM5=10.0.0.7:65000"` | those, first of all |
-//! | the same lines in a file `ft_txt_ports`, in the current folder or in the user's configuration folder | those, next |
+//! | the same lines in a file `ft_txt_ports`, in the current folder or in the user's configuration folder | those, next, unless `FT_TXT_PORTS` has the entry `none` |
 //! | `FT_TXT_HOST`: a host, `HOST:PORT` or `auto` | for every other COM port |
 //! | nothing of these | `COM1` USB, `COM2` Wi-Fi, `COM3` Bluetooth, `COM4` the controller on this machine |
 //!
@@ -21,6 +21,8 @@ use crate::host;
 
 /// The file with COM ports.
 const FILE: &str = "ft_txt_ports";
+/// The entry after which no file counts, as for programs of `tx_run`.
+const NO_FILE: &str = "none";
 /// How long a search for controllers may take.
 pub(crate) const SEARCH_LIMIT: Duration = Duration::from_secs(1);
 
@@ -57,8 +59,10 @@ impl Ports {
     /// What the environment and the files say now.
     pub(crate) fn configured() -> Self {
         let mut ports = Self { named: Vec::new(), others: host::from_environment() };
-        if let Some(text) = host::variable("FT_TXT_PORTS") {
-            ports.add("FT_TXT_PORTS", &text);
+        let variable = host::variable("FT_TXT_PORTS").unwrap_or_default();
+        ports.add("FT_TXT_PORTS", &variable);
+        if entries(&variable).any(|entry| entry == NO_FILE) {
+            return ports;
         }
         for file in files() {
             match fs::read_to_string(&file) {
@@ -72,9 +76,7 @@ impl Ports {
 
     /// Adds the entries of a text. One that is wrong is reported, and left out.
     fn add(&mut self, origin: &str, text: &str) {
-        let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
-        let entries = lines.flat_map(|line| line.split([',', ';'])).map(str::trim);
-        for entry in entries.filter(|entry| !entry.is_empty()) {
+        for entry in entries(text).filter(|entry| *entry != NO_FILE) {
             let parts = entry.split_once('=').map(|(name, host)| (number_of(name), host.trim()));
             match parts {
                 Some((Some(number), host)) if !host.is_empty() => self.add_port(number, host),
@@ -147,6 +149,13 @@ impl Ports {
         ports.sort_unstable();
         ports.into_iter().map(|(number, text)| format!("COM{number} ({text})")).collect()
     }
+}
+
+/// What is named in such a text.
+fn entries(text: &str) -> impl Iterator<Item = &str> {
+    let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
+    let entries = lines.flat_map(|line| line.split([',', ';'])).map(str::trim);
+    entries.filter(|entry| !entry.is_empty())
 }
 
 /// The controllers at the usual addresses: how they are connected, and their names.

@@ -3,6 +3,7 @@
 //!
 //! A keeper sees to that: another process of `txt`, which ends it when the system closes the keeper's input.
 
+use std::env;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
 use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
@@ -15,6 +16,9 @@ use crate::guardian::{apart, outliving};
 
 /// Where a program finds the address, beside its last argument. The second one is that of C programs.
 const VARIABLES: [&str; 2] = ["TXT_ADDRESS", "FT_TXT_HOST"];
+/// What names those of COM ports for C programs. The entry `none` keeps them from a file that names some: the program
+/// would drive another controller, or this one past us.
+const PORTS: &str = "FT_TXT_PORTS";
 
 /// What the program and all that it starts have in their environment: the number of the keeper. On Linux it finds them
 /// by that, whatever their groups, sessions and parents are.
@@ -76,6 +80,8 @@ impl Program {
         let (name, arguments) = words.split_first().context("there is no program")?;
         let mut command = Command::new(name);
         command.args(arguments).arg(address).envs(VARIABLES.map(|name| (name, address)));
+        let ports = env::var(PORTS).unwrap_or_default();
+        command.env(PORTS, format!("{ports}\nnone"));
         command.stderr(stderr);
         command.stdin(match reads {
             Reads::Nothing => Stdio::null(),

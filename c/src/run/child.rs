@@ -15,6 +15,7 @@ use ft_transfer_area::Error;
 #[cfg(target_os = "linux")]
 use crate::forks::Forks;
 use crate::online::{self, Online};
+use crate::options::Options;
 use crate::program::Program;
 use crate::symbols::Entry;
 use crate::target::Target;
@@ -22,6 +23,9 @@ use crate::{signals, write_sentence, Sentence};
 
 /// The environment variable that names the controller.
 const HOST: &str = "FT_TXT_HOST";
+
+/// The environment variable that names those of COM ports.
+const PORTS: &str = "FT_TXT_PORTS";
 
 /// How a program has ended.
 pub(crate) struct Ended {
@@ -39,16 +43,26 @@ const ENDS_WITH_US: &str = "it could send no last exchange; its simulated TXT en
 /// How often is looked at the program.
 const LOOK: Duration = Duration::from_millis(10);
 
+/// The COM ports that the user has named for this start; none when the options say which controller it is.
+pub(crate) fn named_ports(options: &Options) -> String {
+    let is_said = options.host.is_some() || options.world.is_some() || options.show;
+    let named = env::var(PORTS).ok().filter(|_| !is_said);
+    named.unwrap_or_default().trim().to_owned()
+}
+
 /// Runs the program. Its motors are off afterwards, as far as that is possible.
 pub(crate) fn run(
     program: &Program,
     target: &Target,
+    ports: &str,
     arguments: &[OsString],
     build: &Path,
 ) -> Result<Ended, Sentence> {
     let mut online = Online::new(build)?;
     let mut command = Command::new(&program.path);
     command.args(arguments).env(HOST, target.host()).env(online::VARIABLE, &online.folder);
+    // Without the entry a file may send the program to another controller than the one that was said.
+    command.env(PORTS, format!("{ports}\nnone"));
     // What the user has set wins.
     let is_free = |name: &str| env::var_os(name).is_none_or(|value| value.is_empty());
     command.envs(target.supply().into_iter().filter(|(name, _)| is_free(name)));

@@ -110,10 +110,17 @@ fn run_in(build: &BuildFolder, options: &Options) -> Result<Ended, Sentence> {
     let program = program::build(options, build.path())?;
     let target = target::Target::new(options)?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    say(&format!("{name}, {}, runs on {}", program.kind, target.describe()));
+    let ports = child::named_ports(options);
+    let named = ports.lines().collect::<Vec<_>>().join(", ");
+    let also = if named.is_empty() {
+        named
+    } else {
+        format!("; for COM ports FT_TXT_PORTS names {named}")
+    };
+    say(&format!("{name}, {}, runs on {}{also}", program.kind, target.describe()));
     #[cfg(unix)]
     terminal::remember();
-    let ended = child::run(&program, &target, &options.arguments, build.path());
+    let ended = child::run(&program, &target, &ports, &options.arguments, build.path());
     #[cfg(unix)]
     terminal::put_back();
     ended

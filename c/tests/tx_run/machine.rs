@@ -1,5 +1,7 @@
 //! What a program does with the machine.
 
+use std::fs;
+
 use super::support::{has_compiler, program, run_on, tx_run, txt, wait_for, Run};
 
 #[test]
@@ -140,4 +142,39 @@ fn a_program_for_ftmsclibex_is_called_when_an_input_changes() {
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
     txt.with_machine(|machine| machine.controllers[0].uni[2] = 0);
     run.end().well();
+}
+
+#[test]
+fn only_the_named_controller_is_driven_whatever_com_ports_are_named_elsewhere() {
+    if !has_compiler() {
+        return;
+    }
+    let (named, other) = (txt().start().unwrap(), txt().start().unwrap());
+    let ports = format!("COM4={}", other.address());
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("ft_txt_ports"), &ports).unwrap();
+    let mut command = tx_run(&["--host", &named.address().to_string()]);
+    command.arg(program("pc.c")).current_dir(folder.path()).env("FT_TXT_PORTS", &ports);
+    let run = Run::start(&mut command);
+    wait_for(&named, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    named.with_machine(|machine| machine.controllers[0].uni[0] = 1);
+    let ended = run.end();
+    assert_eq!(ended.status, Some(3), "{}", ended.err);
+    assert!(!ended.err.contains(&other.address().to_string()), "{}", ended.err);
+    other.with_machine(|machine| assert_eq!(machine.commands().count(), 0));
+}
+
+#[test]
+fn com_ports_of_the_variable_count_without_a_named_controller_and_are_said() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let ports = format!("COM4={} # the gate", txt.address());
+    let run = Run::start(tx_run(&[]).arg(program("pc.c")).env("FT_TXT_PORTS", &ports));
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    txt.with_machine(|machine| machine.controllers[0].uni[0] = 1);
+    let ended = run.end();
+    assert_eq!(ended.status, Some(3), "{}", ended.err);
+    assert!(ended.err.contains(&format!("FT_TXT_PORTS names {ports}\n")), "{}", ended.err);
 }

@@ -26,8 +26,11 @@ pub(crate) fn controller(host: &str) -> anyhow::Result<SocketAddr> {
 
 /// The address of one of a controller's ports.
 pub(crate) fn behind(main: SocketAddr, line: Line) -> SocketAddr {
-    // There is room, as `controller` has checked.
-    SocketAddr::new(main.ip(), main.port() + line.index() as u16)
+    // With all else of the address: a local one of IPv6 has a network interface. There is room, as `controller` has
+    // checked.
+    let mut address = main;
+    address.set_port(main.port() + line.index() as u16);
+    address
 }
 
 /// An error when the controller's ports are among these, so that it would pass on to itself.
@@ -110,6 +113,14 @@ mod tests {
             let given = format!("{auto}:{}", txt.port());
             assert_eq!(controller(&given).unwrap(), txt.address());
         }
+    }
+
+    #[test]
+    fn the_ports_of_a_controller_are_in_its_network() {
+        let main = controller("fe80::1%3").unwrap();
+        assert_eq!(main, "[fe80::1%3]:65000".parse().unwrap());
+        assert_eq!(behind(main, Line::Main), main);
+        assert_eq!(behind(main, Line::I2c), "[fe80::1%3]:65002".parse().unwrap());
     }
 
     #[test]

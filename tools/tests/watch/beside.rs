@@ -31,6 +31,20 @@ fn it_gets_the_address_and_gives_its_exit_status() {
     assert!(shell(&txt, "exit 0").status().unwrap().success());
 }
 
+/// Else a file with COM ports would lead a C program past `txt watch`, which could not stop what it leaves on.
+#[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
+#[test]
+fn com_ports_are_only_those_that_the_user_names_for_this_start() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let ports = |named: &str| {
+        let mut command = shell(&txt, r#"echo $FT_TXT_PORTS"#);
+        let output = command.env("FT_TXT_PORTS", named).output().unwrap();
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    assert_eq!(ports(""), "none\n");
+    assert_eq!(ports("COM4=192.168.7.2"), "COM4=192.168.7.2 none\n");
+}
+
 #[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
 #[test]
 fn the_controller_is_stopped_when_it_is_killed() {
