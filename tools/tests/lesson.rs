@@ -179,6 +179,7 @@ fn how_far_a_pupil_is_stays_in_the_file_beside_the_class() {
     let (_, state) = get(address, &format!("/lesson/state?token={token}"));
     let state: Value = serde_json::from_str(&state).unwrap();
     assert_eq!((&state["number"], &state["passed"]), (&4.into(), &serde_json::json!([1, 2, 3])));
+    assert_eq!(state["whose"], "Zoë");
     assert_eq!(ask("POST", address, &format!("/lesson/go/5?token={token}")).0, 204);
     let begin = Instant::now();
     while !fs::read_to_string(file("7b.csv")).unwrap().contains("Zoë,5,1 2 3,0,") {

@@ -66,6 +66,7 @@ const MISTAKES: &[(&str, &str)] = &[
     ("distance/no_wait", "of 500 pulses ahead."),
     ("distance/one_wheel", "Only the wheel M1 turns"),
     ("distance/curve", "The car drives a curve"),
+    ("distance/short_limit", "The program ended with an error. Its message is above."),
     ("distance/no_return", "from where it started; it should come back."),
     ("thermostat/digital", "The program ended with an error. Its message is above."),
     ("thermostat/never", "It is 35 °C, but the fan is off."),
@@ -249,6 +250,16 @@ fn what_the_library_says_is_explained_in_the_language_chosen() {
         ("lamp/kept_guard", "en", "\nHint: the program holds a guard for too long"),
         ("lamp/kept_guard", "de", "\nTipp: Das Programm hält einen Guard zu lange fest"),
         ("thermostat/digital", "de", "\nTipp: Dieser Eingang ist für Taster eingestellt."),
+        (
+            "distance/short_limit",
+            "en",
+            "\nHint: what the program waited for did not happen in time.",
+        ),
+        (
+            "distance/kept_guard",
+            "de",
+            "\nTipp: Das Programm verlangt die Werte, während es sie schon hat.",
+        ),
     ] {
         let lesson = mistake.split('/').next().unwrap();
         let output = check(language, lesson, &example("lesson_mistakes"), Some(mistake));

@@ -185,6 +185,7 @@ impl Course for Shared {
         value["checking"] = json!(state.is_checking);
         value["passed"] = json!(state.passed);
         value["address"] = json!(desk.txt.address());
+        value["whose"] = json!(desk.label);
         value
     }
 

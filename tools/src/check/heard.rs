@@ -74,15 +74,15 @@ pub(super) const GUARD: Words = Words::fixed(
      Guard.",
 );
 
-/// Parts of messages, and what they mean. The one that was said last counts: a program may go on after an error.
+/// Parts of messages, and what they mean: `@` is the terminal that a message names right before its part. The one that was said last counts: a program may go on after an error.
 const MEANINGS: &[(&str, Words)] = &[
     (
         "which is configured as a motor",
         Words::fixed(
-            "this output is still half of a motor. Before begin_transfer: areas.lock()[LOCAL_IO].set_ft_motor_config(M4, \
-             false), with the motor that the message names.",
+            "this output is still half of a motor. Before begin_transfer: areas.lock()[LOCAL_IO].set_ft_motor_config(@, \
+             false).",
             "Dieser Ausgang ist noch ein halber Motor. Vor begin_transfer: \
-             areas.lock()[LOCAL_IO].set_ft_motor_config(M4, false), mit dem Motor aus der Meldung.",
+             areas.lock()[LOCAL_IO].set_ft_motor_config(@, false).",
         ),
     ),
     (
@@ -106,11 +106,11 @@ const MEANINGS: &[(&str, Words)] = &[
     (
         "is configured as digital",
         Words::fixed(
-            "this input is one for buttons. Before begin_transfer: areas.lock()[LOCAL_IO].set_ft_uni_config(I1, \
-             InputMode::Resistance, false), with the input that the message names and its mode.",
+            "this input is one for buttons. Before begin_transfer: areas.lock()[LOCAL_IO].set_ft_uni_config(@, \
+             InputMode::Resistance, false), with the mode that its sensor needs.",
             "Dieser Eingang ist für Taster eingestellt. Vor begin_transfer: \
-             areas.lock()[LOCAL_IO].set_ft_uni_config(I1, InputMode::Resistance, false), mit dem Eingang aus der \
-             Meldung und seiner Betriebsart.",
+             areas.lock()[LOCAL_IO].set_ft_uni_config(@, InputMode::Resistance, false), mit der Betriebsart für \
+             seinen Sensor.",
         ),
     ),
     (
@@ -187,6 +187,13 @@ const MEANINGS: &[(&str, Words)] = &[
         ),
     ),
     (
+        "not yet implemented",
+        Words::fixed(
+            "todo!() ends the program. Write in its place what is to be done in this case.",
+            "todo!() bricht das Programm ab. Schreib an seine Stelle, was in diesem Fall geschehen soll.",
+        ),
+    ),
+    (
         "panicked at",
         Words::fixed(
             "the message names the line of your program at which it panicked.",
@@ -199,14 +206,17 @@ fn advice(text: &str) -> Option<Words> {
     // A message for a person may be broken into lines.
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     let said = MEANINGS.iter().filter_map(|(part, words)| Some((text.rfind(part)?, words)));
-    said.max_by_key(|(place, _)| *place).map(|(_, words)| words.clone())
+    let (place, words) = said.max_by_key(|(place, _)| *place)?;
+    let terminal =
+        text[..place].trim_end_matches([' ', ',']).rsplit(' ').next().unwrap_or_default();
+    Some(words.replace("@", terminal))
 }
 
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
 
-    use ft_transfer_area::tx::{InvalidCall, Motor, Output};
+    use ft_transfer_area::tx::{Input, InvalidCall, Motor, Output};
     use ft_transfer_area::Error;
 
     use super::super::words::Language;
@@ -228,6 +238,23 @@ mod tests {
             assert!(meaning.text(Language::De).contains(part), "{error}: {meaning:?}");
         }
         assert!(advice("Error: out of coffee").is_none());
+        let todo = "thread 'main' panicked at src/main.rs:9:5:\nnot yet implemented\n";
+        assert!(advice(todo).unwrap().text(Language::De).contains("todo!()"));
+    }
+
+    #[test]
+    fn a_hint_names_the_terminal_of_the_message() {
+        let half = Error::from(InvalidCall::NotAnOutput { output: Output::O3 });
+        let digital = Error::from(InvalidCall::NotAnalog { input: Input::I2 });
+        for (error, code) in
+            [(half, "set_ft_motor_config(M2, false)"), (digital, "set_ft_uni_config(I2, ")]
+        {
+            for said in [format!("Error: {error:?}\n"), format!("{error}")] {
+                let meaning = advice(&said).unwrap();
+                assert!(meaning.text(Language::En).contains(code), "{said}: {meaning:?}");
+                assert!(meaning.text(Language::De).contains(code), "{said}: {meaning:?}");
+            }
+        }
     }
 
     #[test]

@@ -262,6 +262,7 @@ impl<'a> Stage<'a> {
         let begin = Instant::now();
         while begin.elapsed() < limit {
             if let Some(well) = self.ended()? {
+                self.failed = (!well).then(Instant::now);
                 return Ok(Some(well));
             }
             std::thread::sleep(LOOK);
@@ -352,6 +353,11 @@ impl Drop for Stage<'_> {
         }
         self.txt.log.begin(false);
     }
+}
+
+/// The program was online, and has ended with an error.
+pub(super) fn ended_by_an_error() -> Wrong {
+    ended(false, true)
 }
 
 /// The program has ended too early.

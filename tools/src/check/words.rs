@@ -55,6 +55,11 @@ impl Words {
         }
     }
 
+    /// The same with this in place of that.
+    pub(super) fn replace(&self, that: &str, this: &str) -> Self {
+        Self::new(self.en.replace(that, this), self.de.replace(that, this))
+    }
+
     /// The same with names beside the terminals.
     pub(super) fn named(&self, names: &Names) -> Self {
         Self::new(names.in_sentence(&self.en), names.in_sentence(&self.de))

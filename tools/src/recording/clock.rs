@@ -3,8 +3,9 @@
 use std::time::{Duration, SystemTime};
 
 use jiff::civil::Time;
-use jiff::tz::TimeZone;
+use jiff::tz::{AmbiguousOffset, Offset, TimeZone};
 use jiff::{SignedDuration, Timestamp, Zoned};
+use serde::Serialize;
 
 const DAY: Duration = Duration::from_secs(24 * 3600);
 
@@ -56,27 +57,72 @@ impl Clock {
         self.zoned(at).strftime("%Y-%m-%d %H:%M:%S%.3f%:z").to_string()
     }
 
-    /// As "03:12:14", with the date from a day after the beginning on.
+    /// As "03:12:14", with the date from a day after the beginning on, and with the offset in an hour that is there
+    /// twice.
     pub(crate) fn of_day(&self, at: Duration) -> String {
         let form = if at < DAY { "%H:%M:%S" } else { "%Y-%m-%d %H:%M:%S" };
-        self.zoned(at).strftime(form).to_string()
+        let time = self.zoned(at);
+        time.strftime(form).to_string() + &self.offset_if_twice(&time)
     }
 
-    /// As "03:12:14", with this number of digits behind the seconds.
+    /// As "03:12:14", with this number of digits behind the seconds, and with the offset in an hour that is there twice.
     pub(super) fn label(&self, at: Duration, digits: usize) -> String {
         let time = self.zoned(at);
-        let seconds = time.strftime("%H:%M:%S").to_string();
-        match digits {
-            0 => seconds,
-            _ => {
-                let fraction = format!("{:09}", time.subsec_nanosecond());
-                format!("{seconds}.{}", &fraction[..digits.min(9)])
-            }
+        let mut label = time.strftime("%H:%M:%S").to_string();
+        if digits > 0 {
+            let fraction = format!("{:09}", time.subsec_nanosecond());
+            label = format!("{label}.{}", &fraction[..digits.min(9)]);
+        }
+        label + &self.offset_if_twice(&time)
+    }
+
+    /// The offsets of the two that have the same date and time of day; `None` where only one has them.
+    fn offsets(&self, time: &Zoned) -> Option<[Offset; 2]> {
+        match self.zone.to_ambiguous_timestamp(time.datetime()).offset() {
+            AmbiguousOffset::Fold { before, after } => Some([before, after]),
+            AmbiguousOffset::Gap { .. } | AmbiguousOffset::Unambiguous { .. } => None,
         }
     }
 
-    /// When it is this time of day first, from then on.
-    pub(super) fn next(&self, time: Time, from: Duration) -> Option<Duration> {
+    fn offset_if_twice(&self, time: &Zoned) -> String {
+        self.offsets(time).map_or(String::new(), |_| offset_text(time.offset()))
+    }
+
+    /// The offset of the other one that has the same date and time of day.
+    pub(super) fn other(&self, at: Duration) -> Option<String> {
+        let time = self.zoned(at);
+        let offsets = self.offsets(&time)?;
+        offsets.into_iter().find(|offset| *offset != time.offset()).map(offset_text)
+    }
+
+    /// The times until then that have the same date and time of day as others.
+    pub(super) fn twice(&self, end: Duration) -> Vec<Twice> {
+        let end_at = self.zoned(end).timestamp();
+        let begin =
+            self.started.checked_sub(SignedDuration::from_hours(24)).unwrap_or(self.started);
+        let changes = self.zone.following(begin).map(|change| change.timestamp());
+        // The one after the end may be that of the hour before it.
+        let until = end_at.checked_add(SignedDuration::from_hours(24)).unwrap_or(end_at);
+        let changes = changes.take_while(|change| *change <= until);
+        let twice = changes.filter_map(|change| {
+            let after = self.zone.to_offset(change);
+            let second_before = change.checked_sub(SignedDuration::from_secs(1)).ok()?;
+            let before = self.zone.to_offset(second_before);
+            let length = f64::from(before.seconds() - after.seconds());
+            let at = change.duration_since(self.started).as_secs_f64();
+            let offsets = [before, after].map(offset_text);
+            (length > 0.0).then_some(Twice { from: at - length, at, to: at + length, offsets })
+        });
+        twice.filter(|twice| twice.from <= end.as_secs_f64() && twice.to > 0.0).collect()
+    }
+
+    /// When it is this time of day first, from then on, or with this offset.
+    pub(super) fn next(
+        &self,
+        time: Time,
+        offset: Option<Offset>,
+        from: Duration,
+    ) -> Option<Duration> {
         let from = self.zoned(from);
         // Who types a time has seen it without fractions of seconds.
         let begin = from.timestamp().as_second();
@@ -86,10 +132,27 @@ impl Clock {
             // Of the two that a night in autumn has.
             [local.compatible(), local.later()]
         });
-        let next = times.flatten().find(|time| time.as_second() >= begin)?;
+        let is_meant =
+            |time: &Timestamp| offset.is_none_or(|offset| self.zone.to_offset(*time) == offset);
+        let mut times = times.flatten().filter(is_meant);
+        let next = times.find(|time| time.as_second() >= begin)?;
         let since = next.duration_since(self.started);
         Some(since.max(SignedDuration::ZERO).unsigned_abs())
     }
+}
+
+/// As "+02:00".
+pub(super) fn offset_text(offset: Offset) -> String {
+    Timestamp::UNIX_EPOCH.to_zoned(TimeZone::fixed(offset)).strftime("%:z").to_string()
+}
+
+/// Two stretches of a recording with the same times of day, in seconds: up to a change of the clock, and from then on.
+#[derive(Debug, PartialEq, Serialize)]
+pub(super) struct Twice {
+    from: f64,
+    at: f64,
+    to: f64,
+    offsets: [String; 2],
 }
 
 #[cfg(test)]
@@ -104,7 +167,7 @@ mod tests {
     }
 
     fn next(clock: &Clock, time: &str, from: u64) -> Option<u64> {
-        let next = clock.next(time.parse().unwrap(), Duration::from_secs(from));
+        let next = clock.next(time.parse().unwrap(), None, Duration::from_secs(from));
         next.map(|next| next.as_secs())
     }
 
@@ -136,9 +199,33 @@ mod tests {
         assert_eq!(next(&autumn, "02:30", 0), Some(2 * 3600 + 1800));
         assert_eq!(next(&autumn, "02:30", 3 * 3600), Some(3 * 3600 + 1800), "the second one");
         assert_eq!(next(&autumn, "03:30", 0), Some(4 * 3600 + 1800));
+        let second =
+            autumn.next("02:30".parse().unwrap(), Some(Offset::constant(1)), Duration::ZERO);
+        assert_eq!(second, Some(Duration::from_secs(3 * 3600 + 1800)));
         // At 2:00 it is 3:00.
         let spring = clock("2025-03-29T23:00:00Z");
         assert_eq!(next(&spring, "03:30", 0), Some(2 * 3600 + 1800));
         assert_eq!(next(&spring, "02:30", 0), Some(2 * 3600 + 1800), "there is none");
+    }
+
+    #[test]
+    fn in_an_hour_that_is_there_twice_times_have_an_offset() {
+        let autumn = clock("2025-10-25T22:00:00Z");
+        let minutes = |minutes: u64| Duration::from_secs(60 * minutes);
+        let labels = [119, 120, 179, 180, 239, 240].map(|at| autumn.label(minutes(at), 0));
+        let [summer, winter] = ["02:59:00+02:00", "02:00:00+01:00"];
+        let first = "02:00:00+02:00";
+        assert_eq!(labels, ["01:59:00", first, summer, winter, "02:59:00+01:00", "03:00:00"]);
+        assert_eq!(autumn.of_day(minutes(150)), "02:30:00+02:00");
+        assert_eq!(autumn.label(minutes(210), 1), "02:30:00.0+01:00");
+        assert_eq!(autumn.other(minutes(150)).unwrap(), "+01:00");
+        assert_eq!(autumn.other(minutes(210)).unwrap(), "+02:00");
+        assert_eq!(autumn.other(minutes(240)), None);
+        let offsets = ["+02:00", "+01:00"].map(str::to_owned);
+        let twice = Twice { from: 7200.0, at: 10_800.0, to: 14_400.0, offsets };
+        assert_eq!(autumn.twice(minutes(130)), [twice]);
+        assert_eq!(autumn.twice(minutes(119)), []);
+        // In spring no time is there twice.
+        assert_eq!(clock("2025-03-29T23:00:00Z").twice(minutes(600)), []);
     }
 }

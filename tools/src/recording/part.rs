@@ -6,7 +6,10 @@ use std::time::Duration;
 
 use anyhow::{bail, ensure, Context};
 use jiff::civil;
+use jiff::fmt::strtime;
+use jiff::tz::Offset;
 
+use super::clock::{offset_text, Clock};
 use super::survey::Survey;
 
 /// How much is shown before and after a moment.
@@ -33,18 +36,23 @@ pub(crate) struct Part {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Time {
     Since(Duration),
-    /// Of the clock on the wall.
-    OfDay(civil::Time),
+    /// Of the clock on the wall, perhaps with the offset of one of two that a night has.
+    OfDay(civil::Time, Option<Offset>),
 }
 
 fn time(text: &str) -> Result<Time, &'static str> {
     const EXPECTED: &str =
         "seconds are expected, 0 or more, such as 12.5, or a time of day, such as 03:12 or 03:12:30";
     let time = if text.contains(':') {
+        let (text, offset) = text.split_at(text.find(['+', '-']).unwrap_or(text.len()));
         let is_time = text.chars().all(|one| one.is_ascii_digit() || ":.".contains(one));
         let hours = if text.find(':') == Some(1) { "0" } else { "" };
-        let time = format!("{hours}{text}").parse().ok();
-        time.filter(|_| is_time).map(Time::OfDay)
+        let time = format!("{hours}{text}").parse().ok().filter(|_| is_time);
+        let offset = Some(offset).filter(|offset| !offset.is_empty());
+        match offset.map(|offset| strtime::parse("%:z", offset).ok().and_then(|all| all.offset())) {
+            None => time.map(|time| Time::OfDay(time, None)),
+            Some(offset) => time.zip(offset).map(|(time, offset)| Time::OfDay(time, Some(offset))),
+        }
     } else {
         let seconds = text.parse().ok();
         seconds.and_then(|one| Duration::try_from_secs_f64(one).ok()).map(Time::Since)
@@ -60,7 +68,7 @@ impl Part {
 
     /// From when to when it is. Only a part that needs to know what is in the recording has it read for that.
     pub(super) fn of(&self, path: &Path) -> anyhow::Result<Range<Duration>> {
-        let of_day = |time: Option<Time>| matches!(time, Some(Time::OfDay(_)));
+        let of_day = |time: Option<Time>| matches!(time, Some(Time::OfDay(..)));
         let times = [self.from, self.to, self.around];
         if times.into_iter().any(of_day) || self.unusual.is_some() {
             return self.within(&Survey::of(path)?);
@@ -97,24 +105,42 @@ fn unusual(number: usize, survey: &Survey) -> anyhow::Result<Duration> {
 
 /// When it is this time, from then on.
 fn find(time: Time, from: Duration, survey: &Survey) -> anyhow::Result<Duration> {
-    let time = match time {
+    let (time, offset) = match time {
         Time::Since(time) => return Ok(time),
-        Time::OfDay(time) => time,
+        Time::OfDay(time, offset) => (time, offset),
     };
     let (clock, end) = (&survey.clock, survey.length);
-    match clock.next(time, from) {
-        Some(at) if at <= end => Ok(at),
+    let wanted = format!("{time}{}", offset.map(offset_text).unwrap_or_default());
+    match clock.next(time, offset, from) {
+        Some(at) if at <= end => {
+            if let Some(choice) = choice(time, offset, at, clock) {
+                eprintln!("{choice}");
+            }
+            Ok(at)
+        }
         _ if from.is_zero() => bail!(
-            "{time} is not in the recording, which lasts from {} to {}",
+            "{wanted} is not in the recording, which lasts from {} to {}",
             clock.date(from),
             clock.date(end)
         ),
         _ => bail!(
-            "{time} does not come after {} in the recording, which lasts to {}",
+            "{wanted} does not come after {} in the recording, which lasts to {}",
             clock.date(from),
             clock.date(end)
         ),
     }
+}
+
+/// What was taken, if there are two such times and nobody has said which.
+fn choice(
+    time: civil::Time,
+    offset: Option<Offset>,
+    at: Duration,
+    clock: &Clock,
+) -> Option<String> {
+    let other = clock.other(at).filter(|_| offset.is_none())?;
+    let taken = clock.date(at);
+    Some(format!("{time} is there twice: {taken} is taken, the other one is {time}{other}"))
 }
 
 #[cfg(test)]
@@ -123,7 +149,6 @@ mod tests {
 
     use jiff::tz::TimeZone;
 
-    use super::super::clock::Clock;
     use super::*;
 
     fn part(options: &[(&str, &str)]) -> Part {
@@ -175,12 +200,41 @@ mod tests {
     }
 
     #[test]
+    fn of_two_times_it_is_told_which_one_is_taken() {
+        let zone = TimeZone::posix("CET-1CEST,M3.5.0,M10.5.0/3").unwrap();
+        let started: jiff::Timestamp = "2025-10-25T22:00:00Z".parse().unwrap();
+        let clock = Clock::in_zone(started.into(), zone);
+        let (time, hours) =
+            (civil::time(2, 30, 0, 0), |hours: u64| Duration::from_secs(3600 * hours + 1800));
+        let choice = |offset, at| choice(time, offset, at, &clock);
+        let told = "02:30:00 is there twice: 2025-10-26 02:30:00+02:00 is taken, the other one is 02:30:00+01:00";
+        assert_eq!(choice(None, hours(2)).unwrap(), told);
+        assert_eq!(choice(Some(Offset::constant(2)), hours(2)), None);
+        assert_eq!(choice(None, hours(4)), None);
+    }
+
+    #[test]
     fn what_is_no_time_is_refused() {
-        for wrong in
-            ["", "x", "-1", "inf", "NaN", "24:00", "3:60", "1:2:3:4", "2025-01-01T03:12", ":"]
-        {
+        for wrong in [
+            "",
+            "x",
+            "-1",
+            "inf",
+            "NaN",
+            "24:00",
+            "3:60",
+            "1:2:3:4",
+            "2025-01-01T03:12",
+            ":",
+            "3:12+",
+            "3:12+x",
+            "+01:00",
+            "12.5+01:00",
+        ] {
             assert!(time(wrong).is_err(), "{wrong}");
         }
         assert!(time("03:12:30.25").is_ok());
+        let winter = Time::OfDay(civil::time(3, 12, 0, 0), Some(Offset::constant(1)));
+        assert_eq!(time("3:12+01:00"), Ok(winter));
     }
 }

@@ -216,7 +216,7 @@ impl Survey {
     fn list(&mut self, moment: Moment) {
         let Moment { number: Some(number), kind, at, what } = moment else { return };
         let (seconds, local_time) = (at.as_secs_f64(), self.clock.date(at));
-        self.unusual.push(Listed { number, kind, seconds, local_time, at, what });
+        self.unusual.push(Listed { number, kind, seconds, local_time, at, what: what.en });
     }
 
     /// The last gap, if it is listed, was so long.

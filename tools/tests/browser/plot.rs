@@ -93,7 +93,7 @@ async fn ensure_goes_to_a_moment(page: &Page) -> Result<()> {
     page.wait_for_value(DRAWN, "#mark", |count| count.as_u64() > Some(20)).await?;
     page.click(".plot-language").await?;
     page.wait_for_text(".plot-moments", "Lücke").await?;
-    page.wait_for_text(".plot-moments", "the connection was lost: ").await
+    page.wait_for_text(".plot-moments", "die Verbindung riss ab: ").await
 }
 
 /// The value at the cursor is the recorded one.

@@ -122,7 +122,13 @@ pub(crate) fn distance(handler: &TransferAreaComHandler, mistake: &str) -> Resul
         if mistake == "curve" {
             area.start_motor_ex_cmd(Motor::M2, DUTY_MAX, direction, &[], 500)?;
         }
+        if mistake == "kept_guard" {
+            drop(handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, LIMIT)?);
+        }
         drop(areas);
+        if mistake == "short_limit" {
+            drop(handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, Duration::from_millis(100))?);
+        }
         if mistake == "no_wait" {
             seconds(1.0);
             continue;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use ft_transfer_area::tx::Motor::{self, M1, M2};
 
 use crate::check::moment::Moment;
-use crate::check::stage::Stage;
+use crate::check::stage::{ended_by_an_error, Stage};
 use crate::check::words::{Check, Wrong};
 
 const PULSES: f64 = 500.0;
@@ -22,7 +22,9 @@ pub(in crate::check) fn check(stage: &mut Stage) -> Check {
     let ended = stage.wait_end(LIMIT)?;
     let log = stage.log();
     let (Some(first), Some(last)) = (log.first(), log.last()) else { return Ok(()) };
-    ways(&log, first, last, ended.is_some())?;
+    // What it has not done is the error's fault.
+    let because_of = |wrong| if ended == Some(false) { ended_by_an_error() } else { wrong };
+    ways(&log, first, last, ended.is_some()).map_err(because_of)?;
     stage.step(
         "it drives straight: both wheels together",
         "es fährt geradeaus: beide Räder gemeinsam",
@@ -34,7 +36,8 @@ pub(in crate::check) fn check(stage: &mut Stage) -> Check {
         Some(false) => Err(Wrong::new(
             "The car drove correctly, but the program ended with an error. Its message is above.",
             "Das Auto fuhr richtig, aber das Programm endete mit einem Fehler. Die Meldung steht weiter oben.",
-        )),
+        )
+        .of_an_error()),
         None => Err(Wrong::new(
             "The car drove correctly, but the program does not end.",
             "Das Auto fuhr richtig, aber das Programm endet nicht.",

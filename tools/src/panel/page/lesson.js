@@ -14,7 +14,7 @@ const $ = (id) => document.getElementById(id);
 
 const WORDS = {
   en: {
-    title: "lesson", steps: "Check", ok: "right", wrong: "wrong", now: "being tried",
+    title: "Lesson", steps: "Check", ok: "right", wrong: "wrong", now: "being tried",
     idle: "Press “Check”, then start your program with the address of this machine:",
     idleAgain: "Change your program, press “Check”, and start it again:",
     waiting: "Now start your program. If it runs already, end it and start it again:",
@@ -181,8 +181,12 @@ function show() {
   if (key !== made) {
     made = key;
     document.documentElement.lang = currentLanguage();
-    document.title = `${w("title")} ${state.number}: ${said(state.title)}`;
+    // In a class it is a pupil's.
+    const whose = state.whose ? [state.whose] : [];
+    document.title = [...whose, `${w("title")} ${state.number}: ${said(state.title)}`].join(" – ");
     setText($("title"), `${w("title")} ${state.number}`);
+    setText($("whose"), state.whose ?? "");
+    setAttribute($("whose"), "title", state.whose || null);
     setText($("language"), t("language"));
     setAttribute($("language"), "lang", currentLanguage() === "de" ? "en" : "de");
     // It comes from the documents of this program.

@@ -48,7 +48,7 @@ export class Chart {
    * `lines` are pairs of a line and the number of its colour. `on` has `cursor`, `select` and `all`; `format` writes times,
    * with a second line for times of day if there are any.
    */
-  constructor(kind, lines, { isFirst, isLast, hasDayTimes }, words, format, on) {
+  constructor(kind, lines, { isFirst, isLast, dayTimeLetters }, words, format, on) {
     this.kind = kind;
     this.isDigital = kind === "digital";
     this.steps = [];
@@ -57,7 +57,9 @@ export class Chart {
     this.gaps = [];
     this.marks = [];
     this.isFirst = isFirst;
-    this.times = isLast ? TIMES + (hasDayTimes ? DAY_TIMES : 0) : 0;
+    // From one time to the next; a letter has about 7 px.
+    this.between = 7 * dayTimeLetters + 8;
+    this.times = isLast ? TIMES + (dayTimeLetters ? DAY_TIMES : 0) : 0;
     this.values = lines.map(() => h("b", {}));
     const names = lines.map(([line, number], index) => h("li", { class: "plot-line" }, h("i", { class: `plot-colour plot-colour-${number}`, "aria-hidden": "true" }), h("span", {}, line.name), this.values[index]));
     this.place = h("div", { class: "plot-place" });
@@ -75,7 +77,7 @@ export class Chart {
     const [least, top] = [LEAST[this.kind] ?? 1, LANE * lines.length];
     const lanes = { splits: () => this.raised.map((raised) => raised + 0.5), values: () => lines.map(([line]) => line.short), ticks: { show: false }, grid: { show: false } };
     const numbers = { values: (_, splits) => splits.map((value) => this.words.number(value)) };
-    const times = this.times ? { size: this.times, space: 64, values: (_, splits) => splits.map(format) } : { size: 0, space: 56, values: (_, splits) => splits.map(() => "") };
+    const times = this.times ? { size: this.times, space: Math.max(64, this.between), values: (_, splits) => splits.map(format) } : { size: 0, space: Math.max(56, this.between), values: (_, splits) => splits.map(() => "") };
     const paths = JUMPS.includes(this.kind) && lines[0][0].jumps ? uPlot.paths.stepped({ align: 1 }) : uPlot.paths.linear();
     return {
       width: 300,

@@ -245,7 +245,7 @@ export class Plotter {
       all: () => this.all(),
     };
     const format = (time) => (this.source.dayTime ? `${this.format(time)}\n${this.source.dayTime(time + this.zero, this.words)}` : this.format(time));
-    const place = (index) => ({ isFirst: index === 0 && this.moments.length > 0, isLast: index === kinds.length - 1, hasDayTimes: Boolean(this.source.dayTime) });
+    const place = (index) => ({ isFirst: index === 0 && this.moments.length > 0, isLast: index === kinds.length - 1, dayTimeLetters: this.source.dayTimeLetters?.(this.words) ?? 0 });
     this.charts = kinds.map((kind, index) => ({ kind, chart: new Chart(kind, lines.filter(([line]) => line.kind === kind), place(index), this.words, format, on) }));
     this.place.replaceChildren(...this.charts.map(({ chart }) => chart.element));
   }

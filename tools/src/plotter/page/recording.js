@@ -23,8 +23,8 @@ class Line {
 }
 
 class Recording {
-  constructor({ begin, end, started, zone, gaps, unusual, lines }) {
-    Object.assign(this, { live: false, begin, end, started, zone, gaps, moments: unusual });
+  constructor({ begin, end, started, zone, twice, gaps, lines }) {
+    Object.assign(this, { live: false, begin, end, started, zone, twice, gaps, moments: [] });
     this.lines = new Map(lines.map((line) => [line.id, new Line(line)]));
     this.areaOf = new Map(lines.map(({ id, area }) => [id, area]));
   }
@@ -37,14 +37,22 @@ class Recording {
     return [...this.lines.values()].filter(({ id }) => this.areaOf.get(id) === area).map(({ id, name }) => ({ id, short: id, name }));
   }
 
-  /** The time of day of the machine, with the date if there are several days. */
+  /** The time of day of the machine, with the date if there are several days, and with the offset of one of two that are the same. */
   dayTime(time, { language }) {
     const day = this.end - this.begin < 86400 ? {} : { month: "2-digit", day: "2-digit" };
     const options = { ...day, hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23", timeZone: this.zone ?? undefined };
     const key = `${language} ${Object.keys(day)}`;
     if (this.formatKey !== key) this.formatter = new Intl.DateTimeFormat(language === "de" ? "de" : "en-GB", options);
     this.formatKey = key;
-    return this.formatter.format(this.started + time * 1000);
+    const twice = this.twice.find(({ from, to }) => from <= time && time < to);
+    return this.formatter.format(this.started + time * 1000) + (twice ? ` ${twice.offsets[time < twice.at ? 0 : 1]}` : "");
+  }
+
+  /** How many letters a time of day has at most. */
+  dayTimeLetters(words) {
+    const twice = this.twice.flatMap(({ from, at }) => [from, at]).filter((time) => this.begin <= time && time <= this.end);
+    const times = [this.begin, this.end, ...twice];
+    return Math.max(...times.map((time) => this.dayTime(time, words).length));
   }
 
   line(id) {
@@ -58,16 +66,16 @@ let { chosen } = given;
 let language = navigator.language.toLowerCase().startsWith("de") ? "de" : "en";
 let plotter = null;
 
-/** The list of unusual moments. What they are is in English, as `txt info` writes it. */
+/** The list of unusual moments. */
 function moments(words) {
-  const rows = given.unusual.map(({ number, at, kind, what }) => {
+  const rows = recording.moments.map(({ number, at, kind, what }) => {
     const clicked = () => {
       for (const other of rows) setAttribute(other, "aria-current", other === row ? "true" : null);
       plotter.show(at);
       plotter.element.scrollIntoView({ block: "nearest" });
     };
     const cells = [number ?? "–", `${plotter.format(at)} · ${recording.dayTime(at, words)}`, words.t(kind)].map((text) => h("span", {}, text));
-    const row = h("button", { type: "button", class: "plot-moment", onclick: clicked }, cells, h("span", { lang: "en" }, what));
+    const row = h("button", { type: "button", class: "plot-moment", onclick: clicked }, cells, h("span", {}, what));
     return row;
   });
   const note = [words.t("momentsHint"), given.more_unusual ? words.t("moreMoments") : ""].filter(Boolean).join(" ");
@@ -78,6 +86,7 @@ function show() {
   plotter?.close();
   const words = new PlotWords(language);
   document.documentElement.lang = language;
+  recording.moments = given.unusual.map((moment) => ({ ...moment, what: moment.what[language] }));
   plotter = new Plotter(recording, words, { chosen, changed: (now) => (chosen = now) });
   const other = language === "de" ? "en" : "de";
   const change = button(words.t("language"), () => {

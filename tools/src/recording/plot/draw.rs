@@ -218,6 +218,9 @@ fn since_beginning(seconds: f64) -> Duration {
     Duration::try_from_secs_f64(seconds).unwrap_or_default()
 }
 
+/// About half of the width of a small letter, in tenths of a pixel.
+const HALF_LETTER: i32 = 35;
+
 /// Below each time its time of day. The place is that of a time on the axis.
 fn draw_times_of_day<'a>(
     time: &Range<f64>,
@@ -238,7 +241,10 @@ fn draw_times_of_day<'a>(
     for at in Times(time.clone()).key_points(X_LABELS) {
         let (x, y) = place(at);
         let label = clock.label(since_beginning(at), digits);
-        area.draw_text(&label, &style, (x - columns.start, y - rows.start + 24))?;
+        // A long one at the end would be cut off.
+        let half = label.len() as i32 * HALF_LETTER / 10;
+        let x = (x - columns.start).min(columns.len() as i32 - half);
+        area.draw_text(&label, &style, (x, y - rows.start + 24))?;
     }
     Ok(())
 }

@@ -3,12 +3,13 @@
 use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
+use std::time::Duration;
 
 use anyhow::Context;
 use serde::Serialize;
 
-use super::super::clock::Clock;
-use super::super::unusual::{Kind, Moment};
+use super::super::clock::{Clock, Twice};
+use super::super::unusual::{Kind, Moment, Sentence};
 use super::marks::Marks;
 use super::thin::{Point, Thin};
 use super::tracks::Tracks;
@@ -29,6 +30,8 @@ struct Sheet {
     started: i64,
     /// The time zone of the times of day; without it, it is the browser's.
     zone: Option<String>,
+    /// Those that are there twice, in this time zone.
+    twice: Vec<Twice>,
     gaps: Vec<[f64; 2]>,
     unusual: Vec<Mark>,
     /// Whether some of a kind are not in `unusual`.
@@ -59,13 +62,14 @@ struct Mark {
     number: Option<usize>,
     at: f64,
     kind: Kind,
-    what: String,
+    what: Sentence,
 }
 
 impl Mark {
     fn of(moment: &Moment) -> Self {
-        let Moment { number, kind, at, what } = moment;
-        Self { number: *number, at: at.as_secs_f64(), kind: *kind, what: print::clean(what).into() }
+        let Moment { number, kind, at, what: Sentence { en, de } } = moment;
+        let what = Sentence { en: print::clean(en).into(), de: print::clean(de).into() };
+        Self { number: *number, at: at.as_secs_f64(), kind: *kind, what }
     }
 }
 
@@ -112,12 +116,14 @@ fn sheet(
         lines.push(Line { id, name, area, kind: kind(unit), times, values });
     }
     let marks = tracks.marks();
+    let seen_until = Duration::try_from_secs_f64(seen.end).unwrap_or_default();
     Ok(Sheet {
         title,
         begin: seen.start,
         end: seen.end,
         started: clock.started(),
         zone: clock.zone().map(str::to_owned),
+        twice: clock.zone().map_or(Vec::new(), |_| clock.twice(seen_until)),
         gaps,
         unusual: marks.map(Marks::moments).unwrap_or_default().iter().map(Mark::of).collect(),
         more_unusual: marks.is_some_and(Marks::are_some_left_out),

@@ -48,7 +48,7 @@ impl Marks {
         let line = |moment: &Moment| {
             let number = moment.number.map_or(String::new(), |number| format!(" {number}"));
             let (time, seconds) = (clock.of_day(moment.at), moment.at.as_secs_f64());
-            format!("unusual{number}: {time} ({seconds:.2} s): {}", moment.what)
+            format!("unusual{number}: {time} ({seconds:.2} s): {}", moment.what.en)
         };
         let lines = self.moments.iter().map(line);
         let more = self.counts.iter().filter(|(_, count)| **count > LISTED);

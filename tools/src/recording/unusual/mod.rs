@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use ft_transfer_area::EventKind;
-use ft_transfer_area_recorder::{Cycle, Recorded, RecordedEvent, Transfer};
+use ft_transfer_area_recorder::{Cycle, Failure, FailureKind, Recorded, RecordedEvent, Transfer};
 use serde::Serialize;
 
 use pace::Pace;
@@ -48,14 +48,35 @@ impl Kind {
     }
 }
 
+/// What has happened, in the languages of the page.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct Sentence {
+    pub(crate) en: String,
+    pub(crate) de: String,
+}
+
+impl Sentence {
+    fn new(en: impl Into<String>, de: impl Into<String>) -> Self {
+        Self { en: en.into(), de: de.into() }
+    }
+
+    /// The same after the name of an area.
+    fn of_area(self, area: &str) -> Self {
+        Self { en: format!("{area}{}", self.en), de: format!("{area}{}", self.de) }
+    }
+}
+
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Moment {
     /// In the list of all that is listed; `None` if there are too many of its kind.
     pub(crate) number: Option<usize>,
     pub(crate) kind: Kind,
     pub(crate) at: Duration,
-    pub(crate) what: String,
+    pub(crate) what: Sentence,
 }
+
+/// Its kind, for how many it counts, and what has happened.
+type Found = (Kind, u64, Sentence);
 
 /// Knows what came before, and numbers what it finds.
 #[derive(Debug, Default)]
@@ -94,8 +115,10 @@ impl Unusual {
                 let before = std::mem::replace(&mut self.late_reactions, statistics.late_reactions);
                 let late = statistics.late_reactions.saturating_sub(before);
                 if late > 0 {
-                    let what =
-                        format!("late reactions of the program since the last second: {late}");
+                    let what = Sentence::new(
+                        format!("late reactions of the program since the last second: {late}"),
+                        format!("späte Reaktionen des Programms seit der letzten Sekunde: {late}"),
+                    );
                     found.push((Kind::LateReaction, late, what));
                 }
             }
@@ -104,14 +127,17 @@ impl Unusual {
         found.into_iter().map(|(kind, count, what)| self.number(at, kind, count, what)).collect()
     }
 
-    fn look_at_cycle(&mut self, at: Duration, cycle: &Cycle, found: &mut Vec<(Kind, u64, String)>) {
+    fn look_at_cycle(&mut self, at: Duration, cycle: &Cycle, found: &mut Vec<Found>) {
         if cycle.lost > 0 {
             found.push(not_recorded(cycle.lost));
         }
         if !cycle.first {
             if let Some(usual) = self.pace.longer_than_usual(cycle.since_last) {
                 let took = cycle.since_last.as_millis();
-                let what = format!("a cycle took {took} ms, usually {usual} ms");
+                let what = Sentence::new(
+                    format!("a cycle took {took} ms, usually {usual} ms"),
+                    format!("ein Zyklus dauerte {took} ms, sonst {usual} ms"),
+                );
                 found.push((Kind::LongCycle, 1, what));
             }
         }
@@ -119,7 +145,7 @@ impl Unusual {
         self.terminals.look(at, cycle.first, &cycle.areas, found);
     }
 
-    fn number(&mut self, at: Duration, kind: Kind, count: u64, what: String) -> Moment {
+    fn number(&mut self, at: Duration, kind: Kind, count: u64, what: Sentence) -> Moment {
         *self.counts.entry(kind).or_default() += count;
         let moments = self.moments.entry(kind).or_default();
         *moments += 1;
@@ -129,35 +155,58 @@ impl Unusual {
     }
 }
 
-fn not_recorded(entries: u64) -> (Kind, u64, String) {
-    let what = format!("{entries} entries are not recorded: the disk was too slow");
+fn not_recorded(entries: u64) -> Found {
+    let what = Sentence::new(
+        format!("{entries} entries are not recorded: the disk was too slow"),
+        format!("nicht aufgezeichnete Einträge: {entries}; die Platte war zu langsam"),
+    );
     (Kind::NotRecorded, entries, what)
 }
 
-fn of_transfer(transfer: &Transfer) -> Option<(Kind, u64, String)> {
+fn of_transfer(transfer: &Transfer) -> Option<Found> {
     let (kind, what) = match transfer {
         Transfer::Lost(failure) => {
-            (Kind::Gap, format!("the connection was lost: {}", failure.error))
+            (Kind::Gap, failed("the connection was lost", "die Verbindung riss ab", failure))
         }
-        Transfer::Failed(failure) => {
-            (Kind::Error, format!("a transfer could not begin: {}", failure.error))
-        }
+        Transfer::Failed(failure) => (
+            Kind::Error,
+            failed("a transfer could not begin", "die Verbindung kam nicht zustande", failure),
+        ),
         Transfer::EndedBy(failure) => {
-            (Kind::Error, format!("the transfer ended: {}", failure.error))
+            (Kind::Error, failed("the transfer ended", "die Verbindung endete", failure))
         }
-        Transfer::WatchdogExpired { limit_ms } => {
-            (Kind::Watchdog, format!("the watchdog stopped the motors after {limit_ms} ms"))
-        }
+        Transfer::WatchdogExpired { limit_ms } => (
+            Kind::Watchdog,
+            Sentence::new(
+                format!("the watchdog stopped the motors after {limit_ms} ms"),
+                format!("der Watchdog hielt nach {limit_ms} ms die Motoren an"),
+            ),
+        ),
         Transfer::NotRecorded { entries } => return Some(not_recorded(*entries)),
         _ => return None,
     };
     Some((kind, 1, what))
 }
 
-fn blocked(event: &RecordedEvent) -> String {
+/// What has failed, and why. The file has the library's words; in German it is what the controller did.
+fn failed(en: &str, de: &str, Failure { kind, error }: &Failure) -> Sentence {
+    let why = match kind {
+        FailureKind::NoAnswer => "der Controller hat nicht geantwortet",
+        FailureKind::WrongData => "der Controller hat etwas Falsches gesendet",
+        FailureKind::Closed => "sie wurde getrennt",
+        _ => error,
+    };
+    Sentence::new(format!("{en}: {error}"), format!("{de}: {why}"))
+}
+
+fn blocked(event: &RecordedEvent) -> Sentence {
     let RecordedEvent { controller, terminal, value, .. } = event;
     let area = if controller == "TXT" { String::new() } else { format!("{controller}.") };
-    format!("{area}{terminal} is blocked, at {value} pulses")
+    Sentence::new(
+        format!("{terminal} is blocked, at {value} pulses"),
+        format!("{terminal} ist blockiert, bei {value} Impulsen"),
+    )
+    .of_area(&area)
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use ft_transfer_area::transfer_area::{
 use ft_transfer_area::tx::{Counter, Input};
 use ft_transfer_area::FishX1Transfer;
 
-use super::Kind;
+use super::{Kind, Sentence};
 
 /// For so many cycles after a new configuration or a reset, values may be those from before.
 const SETTLE: u8 = 10;
@@ -57,7 +57,7 @@ impl Terminals {
         at: Duration,
         is_first: bool,
         areas: &[FishX1Transfer],
-        mut found: impl FnMut(Kind, String),
+        mut found: impl FnMut(Kind, Sentence),
     ) {
         let alive = areas[0].state.io_slave_alive;
         for (index, (known, area)) in self.0.iter_mut().zip(areas).enumerate() {
@@ -67,9 +67,9 @@ impl Terminals {
             }
             if takes_part {
                 let name = if index == 0 { String::new() } else { format!("E{index}.") };
-                known.look_at_inputs(area, |what| found(Kind::OverRange, name.clone() + &what));
+                known.look_at_inputs(area, |what| found(Kind::OverRange, what.of_area(&name)));
                 known.look_at_counters(at, area, |what| {
-                    found(Kind::CounterJump, name.clone() + &what);
+                    found(Kind::CounterJump, what.of_area(&name));
                 });
             }
         }
@@ -83,13 +83,17 @@ impl Area {
         self.counters = Default::default();
     }
 
-    fn look_at_inputs(&mut self, area: &FishX1Transfer, mut found: impl FnMut(String)) {
+    fn look_at_inputs(&mut self, area: &FishX1Transfer, mut found: impl FnMut(Sentence)) {
         for (input, watched) in Input::ALL.into_iter().zip(&mut self.inputs) {
             let (value, config) = (area.input.uni[input.index()], area.config.uni[input.index()]);
             if watched.gets_over_range(value, config) {
                 let unit = config.unit();
-                let why = if value == NO_ULTRASONIC && unit == "cm" { ": no sensor" } else { "" };
-                found(format!("{input} is over range, {value} {unit}{why}"));
+                let is_gone = value == NO_ULTRASONIC && unit == "cm";
+                let [en, de] = if is_gone { [": no sensor", ": kein Sensor"] } else { [""; 2] };
+                found(Sentence::new(
+                    format!("{input} is over range, {value} {unit}{en}"),
+                    format!("{input} ist außerhalb des Bereichs, {value} {unit}{de}"),
+                ));
             }
         }
     }
@@ -98,7 +102,7 @@ impl Area {
         &mut self,
         at: Duration,
         area: &FishX1Transfer,
-        mut found: impl FnMut(String),
+        mut found: impl FnMut(Sentence),
     ) {
         for (counter, counted) in Counter::ALL.into_iter().zip(&mut self.counters) {
             let index = counter.index();
@@ -113,7 +117,7 @@ impl Area {
             let is_pending = ids[0] != ids[1] || output.distance[index] != 0 && ids[2] != ids[3];
             let count = input.counter[index] as u16;
             if let Some(jump) = counted.jump(at, count, ids, is_pending) {
-                found(format!("{counter} {jump}"));
+                found(jump.of_area(&format!("{counter} ")));
             }
         }
     }
@@ -142,7 +146,7 @@ impl Counted {
         count: u16,
         ids: [u16; 4],
         is_pending: bool,
-    ) -> Option<String> {
+    ) -> Option<Sentence> {
         let is_reset = is_pending || self.ids != ids;
         self.quiet = if is_reset { SETTLE } else { self.quiet.saturating_sub(1) };
         self.ids = ids;
@@ -158,9 +162,18 @@ impl Counted {
         // A response that was late on its way has pulses of a moment before it came.
         let possible = PULSES_PER_SECOND * at.saturating_sub(since).as_secs_f64() + ALWAYS_POSSIBLE;
         if change < 0 {
-            Some(format!("goes back from {before} to {count} without a reset"))
+            Some(Sentence::new(
+                format!("goes back from {before} to {count} without a reset"),
+                format!(
+                    "geht von {before} auf {count} zurück, ohne dass ihn etwas zurückgesetzt hat"
+                ),
+            ))
         } else if f64::from(change) > possible {
-            Some(format!("jumps from {before} to {count} within {} ms", passed.as_millis()))
+            let passed = passed.as_millis();
+            Some(Sentence::new(
+                format!("jumps from {before} to {count} within {passed} ms"),
+                format!("springt in {passed} ms von {before} auf {count}"),
+            ))
         } else {
             None
         }
@@ -188,7 +201,7 @@ mod tests {
                 self.cycles += 1;
                 let (at, is_first) = (self.cycles * Duration::from_millis(10), self.cycles == 1);
                 let areas = std::slice::from_ref(&self.area);
-                self.terminals.look(at, is_first, areas, |_, what| self.found.push(what));
+                self.terminals.look(at, is_first, areas, |_, what| self.found.push(what.en));
             }
         }
     }
