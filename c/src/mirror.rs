@@ -2,6 +2,7 @@
 //! controller to the program.
 
 mod commands;
+mod marks;
 
 use std::hint;
 use std::sync::Arc;
@@ -16,6 +17,7 @@ use ft_transfer_area::FirmwareVersion;
 use crate::memory::{Area, AreaArray, Places, AREAS};
 use crate::supply::Supply;
 use commands::{ContinuedId, MotorCommand};
+use marks::Marks;
 
 /// The program runs on the controller, as far as it knows.
 pub(crate) const DEV_MODE_LOCAL: u8 = 0;
@@ -61,6 +63,7 @@ struct Known {
     counters: [ContinuedId; 4],
     motors: [MotorCommand; 4],
     sound: ContinuedId,
+    marks: Marks,
     online: bool,
 }
 
@@ -237,12 +240,15 @@ impl<A: Area> Mirror<A> {
         txt_inputs.sound_cmd_id = known.sound.receive(id, id).0;
 
         let fields = InputFields::of(places.input);
-        let change = change(&array.load(places.input), &input);
+        let change = marks::change(&array.load(places.input), &input);
         fields.store_values(array, &input);
         match self.supply {
             // An extension has none of its own.
             Some(supply) if index == 0 => supply.fill(&mut txt_inputs),
             Some(_) => {}
+            None if self.dev_mode == DEV_MODE_ONLINE => {
+                array.store(places.change, known.marks.at(Instant::now(), &change));
+            }
             None => array.store(places.change, change),
         }
         array.store(places.txt_inputs, txt_inputs);
@@ -435,18 +441,6 @@ fn on_txt(index: usize, input: UniConfig) -> UniConfig {
             UniConfig::analog(InputMode::Voltage)
         }
     }
-}
-
-/// What differs between the program's inputs and those of a response.
-fn change(before: &InputValues, now: &InputValues) -> Change {
-    let bits = |differ: &mut dyn Iterator<Item = bool>| {
-        differ.enumerate().fold(0, |bits, (index, differs)| bits | u8::from(differs) << index)
-    };
-    let change_uni = bits(&mut before.uni.iter().zip(now.uni).map(|(a, b)| *a != b));
-    let change_cnt_in = bits(&mut before.cnt_in.iter().zip(now.cnt_in).map(|(a, b)| *a != b));
-    let change_counter = bits(&mut before.counter.iter().zip(now.counter).map(|(a, b)| *a != b));
-    let change_status = u8::from(change_uni | change_cnt_in | change_counter != 0);
-    Change { change_status, change_uni, change_cnt_in, change_counter, ..Change::default() }
 }
 
 /// The outputs as they are while the program does not write them. A program without a lock sets a motor's
