@@ -32,7 +32,7 @@ const TA_VERSION: u32 = 0x0801_0101;
 pub(crate) enum AreaEvent {
     /// A counter has been reset.
     CounterReset { area: usize, counter: usize },
-    /// A motor has done its command: its distance.
+    /// A motor has done its command: its distance, or the stop of one that was not done.
     MotorReached { area: usize, motor: usize },
     /// An extension has come or gone.
     Extension { area: usize, online: bool },
@@ -223,7 +223,7 @@ impl<A: Area> Mirror<A> {
             keep_configured(array, places, &area.config, &mut input.uni);
         }
         let newest = array.load(places.output);
-        let mut done = ([false; 4], [false; 4]);
+        let mut done = ([false; 4], [false; 4], [false; 4]);
         for i in 0..4 {
             (input.cnt_reset_cmd_id[i], done.0[i]) =
                 known.counters[i].receive(input.cnt_reset_cmd_id[i], newest.cnt_reset_cmd_id[i]);
@@ -233,6 +233,9 @@ impl<A: Area> Mirror<A> {
                 Some(_) => motor.receive_on_txt(echo, newest),
                 None => motor.id.receive(echo, newest),
             };
+            // A program with ftMscLib is called for a distance that it has stopped, too.
+            let tells_stops = A::REACHED_IS_A_DISTANCE && self.dev_mode == DEV_MODE_ONLINE;
+            done.2[i] = done.1[i] && tells_stops && known.motors[i].is_stop();
             done.1[i] &= !A::REACHED_IS_A_DISTANCE || known.motors[i].has_distance();
         }
         let mut txt_inputs = area.txt_inputs;
@@ -267,7 +270,7 @@ impl<A: Area> Mirror<A> {
             if done.0[i] {
                 reported(AreaEvent::CounterReset { area: index, counter: i });
             }
-            if done.1[i] {
+            if done.1[i] || done.2[i] {
                 reported(AreaEvent::MotorReached { area: index, motor: i });
             }
         }
@@ -310,7 +313,9 @@ impl<A: Area> Mirror<A> {
                 let id = counter.send(output.cnt_reset_cmd_id[i]);
                 to.cnt_reset_cmd_id[i] = id.unwrap_or(to.cnt_reset_cmd_id[i]);
                 let (master, distance) = (output.master[i], output.distance[i]);
-                let (id, distance) = motor.send(output.motor_ex_cmd_id[i], master, distance);
+                let is_off = output.duty[2 * i..][..2] == [0, 0];
+                let (id, distance) =
+                    motor.send(output.motor_ex_cmd_id[i], master, distance, is_off);
                 to.motor_ex_cmd_id[i] = id.unwrap_or(to.motor_ex_cmd_id[i]);
                 to.distance[i] = distance;
                 if motor.is_still() {
