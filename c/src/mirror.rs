@@ -2,6 +2,7 @@
 //! controller to the program.
 
 mod commands;
+mod marks;
 
 use std::hint;
 use std::sync::Arc;
@@ -16,6 +17,7 @@ use ft_transfer_area::FirmwareVersion;
 use crate::memory::{Area, AreaArray, Places, AREAS};
 use crate::supply::Supply;
 use commands::{ContinuedId, MotorCommand};
+use marks::Marks;
 
 /// The program runs on the controller, as far as it knows.
 pub(crate) const DEV_MODE_LOCAL: u8 = 0;
@@ -30,7 +32,7 @@ const TA_VERSION: u32 = 0x0801_0101;
 pub(crate) enum AreaEvent {
     /// A counter has been reset.
     CounterReset { area: usize, counter: usize },
-    /// A motor has done its command: its distance.
+    /// A motor has done its command: its distance, or the stop of one that was not done.
     MotorReached { area: usize, motor: usize },
     /// An extension has come or gone.
     Extension { area: usize, online: bool },
@@ -61,6 +63,7 @@ struct Known {
     counters: [ContinuedId; 4],
     motors: [MotorCommand; 4],
     sound: ContinuedId,
+    marks: Marks,
     online: bool,
 }
 
@@ -220,7 +223,7 @@ impl<A: Area> Mirror<A> {
             keep_configured(array, places, &area.config, &mut input.uni);
         }
         let newest = array.load(places.output);
-        let mut done = ([false; 4], [false; 4]);
+        let mut done = ([false; 4], [false; 4], [false; 4]);
         for i in 0..4 {
             (input.cnt_reset_cmd_id[i], done.0[i]) =
                 known.counters[i].receive(input.cnt_reset_cmd_id[i], newest.cnt_reset_cmd_id[i]);
@@ -230,6 +233,9 @@ impl<A: Area> Mirror<A> {
                 Some(_) => motor.receive_on_txt(echo, newest),
                 None => motor.id.receive(echo, newest),
             };
+            // A program with ftMscLib is called for a distance that it has stopped, too.
+            let tells_stops = A::REACHED_IS_A_DISTANCE && self.dev_mode == DEV_MODE_ONLINE;
+            done.2[i] = done.1[i] && tells_stops && known.motors[i].is_stop();
             done.1[i] &= !A::REACHED_IS_A_DISTANCE || known.motors[i].has_distance();
         }
         let mut txt_inputs = area.txt_inputs;
@@ -237,14 +243,18 @@ impl<A: Area> Mirror<A> {
         txt_inputs.sound_cmd_id = known.sound.receive(id, id).0;
 
         let fields = InputFields::of(places.input);
-        let change = change(&array.load(places.input), &input);
+        let change = marks::change(&array.load(places.input), &input);
         fields.store_values(array, &input);
         match self.supply {
             // An extension has none of its own.
             Some(supply) if index == 0 => supply.fill(&mut txt_inputs),
             Some(_) => {}
             None => {
-                array.store(places.change, change);
+                let marks = match self.dev_mode {
+                    DEV_MODE_ONLINE => known.marks.at(Instant::now(), &change),
+                    _ => change,
+                };
+                array.store(places.change, marks);
                 array.store(places.txt_inputs2, area.txt_inputs2);
             }
         }
@@ -263,7 +273,7 @@ impl<A: Area> Mirror<A> {
             if done.0[i] {
                 reported(AreaEvent::CounterReset { area: index, counter: i });
             }
-            if done.1[i] {
+            if done.1[i] || done.2[i] {
                 reported(AreaEvent::MotorReached { area: index, motor: i });
             }
         }
@@ -306,7 +316,9 @@ impl<A: Area> Mirror<A> {
                 let id = counter.send(output.cnt_reset_cmd_id[i]);
                 to.cnt_reset_cmd_id[i] = id.unwrap_or(to.cnt_reset_cmd_id[i]);
                 let (master, distance) = (output.master[i], output.distance[i]);
-                let (id, distance) = motor.send(output.motor_ex_cmd_id[i], master, distance);
+                let is_off = output.duty[2 * i..][..2] == [0, 0];
+                let (id, distance) =
+                    motor.send(output.motor_ex_cmd_id[i], master, distance, is_off);
                 to.motor_ex_cmd_id[i] = id.unwrap_or(to.motor_ex_cmd_id[i]);
                 to.distance[i] = distance;
                 if motor.is_still() {
@@ -437,18 +449,6 @@ fn on_txt(index: usize, input: UniConfig) -> UniConfig {
             UniConfig::analog(InputMode::Voltage)
         }
     }
-}
-
-/// What differs between the program's inputs and those of a response.
-fn change(before: &InputValues, now: &InputValues) -> Change {
-    let bits = |differ: &mut dyn Iterator<Item = bool>| {
-        differ.enumerate().fold(0, |bits, (index, differs)| bits | u8::from(differs) << index)
-    };
-    let change_uni = bits(&mut before.uni.iter().zip(now.uni).map(|(a, b)| *a != b));
-    let change_cnt_in = bits(&mut before.cnt_in.iter().zip(now.cnt_in).map(|(a, b)| *a != b));
-    let change_counter = bits(&mut before.counter.iter().zip(now.counter).map(|(a, b)| *a != b));
-    let change_status = u8::from(change_uni | change_cnt_in | change_counter != 0);
-    Change { change_status, change_uni, change_cnt_in, change_counter, ..Change::default() }
 }
 
 /// The outputs as they are while the program does not write them. A program without a lock sets a motor's

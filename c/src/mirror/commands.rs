@@ -105,6 +105,8 @@ pub(super) struct MotorCommand {
     distance: u16,
     /// Whether no response has come since a command without a distance.
     is_fresh: bool,
+    /// Whether it stops a distance that was not done.
+    is_stop: bool,
     after_pause: AfterPause,
 }
 
@@ -135,9 +137,17 @@ impl MotorCommand {
     }
 
     /// Takes the program's command; returns the id and the distance to send.
-    pub(super) fn send(&mut self, id: u16, master: u8, distance: u16) -> (Option<u16>, u16) {
+    pub(super) fn send(
+        &mut self,
+        id: u16,
+        master: u8,
+        distance: u16,
+        is_off: bool,
+    ) -> (Option<u16>, u16) {
         if self.id.is_new(id) {
+            let was_under_way = self.id.pending && (self.distance != 0 || self.is_stop);
             self.distance = if master > LAST_MASTER { 0 } else { distance };
+            self.is_stop = was_under_way && distance == 0 && is_off;
             self.after_pause = AfterPause::AsBefore;
             self.is_fresh = self.distance == 0;
         }
@@ -158,6 +168,11 @@ impl MotorCommand {
     /// Whether it has a target: neither without end, nor with an error that is injected.
     pub(super) fn has_distance(&self) -> bool {
         self.distance != 0
+    }
+
+    /// Whether it has stopped a distance before its end.
+    pub(super) fn is_stop(&self) -> bool {
+        self.is_stop
     }
 
     /// Whether its outputs are off whatever the program says.

@@ -65,7 +65,7 @@ fn a_command_with_a_lower_id_is_a_command_like_each_other() {
 fn cut_off(distance: u16, stop: u16, echo: u16, counter: i16) -> MotorCommand {
     let mut motor = MotorCommand::default();
     motor.begin(0, 0);
-    assert_eq!(motor.send(1, 0, distance), (Some(1), distance));
+    assert_eq!(motor.send(1, 0, distance, false), (Some(1), distance));
     motor.go_on(stop, echo, counter);
     motor
 }
@@ -73,27 +73,27 @@ fn cut_off(distance: u16, stop: u16, echo: u16, counter: i16) -> MotorCommand {
 #[test]
 fn what_is_left_of_a_distance_is_a_new_command_after_a_pause() {
     let mut motor = cut_off(100, 2, 0, 30);
-    assert_eq!(motor.send(1, 0, 100), (Some(3), 70));
+    assert_eq!(motor.send(1, 0, 100, false), (Some(3), 70));
     assert_eq!(motor.id.receive(0, 1), (0, false));
     assert_eq!(motor.id.receive(2, 1), (0, false), "the controller has done the stop");
     motor.go_on(4, 2, 20);
-    assert_eq!(motor.send(1, 0, 100), (Some(5), 50));
+    assert_eq!(motor.send(1, 0, 100, false), (Some(5), 50));
     assert_eq!(motor.id.receive(5, 1), (1, true));
-    assert_eq!(motor.send(2, 0, 100), (Some(6), 100));
+    assert_eq!(motor.send(2, 0, 100, false), (Some(6), 100));
     // It was not reported in time.
-    assert_eq!(cut_off(100, 2, 0, 101).send(1, 0, 100), (Some(3), 1));
+    assert_eq!(cut_off(100, 2, 0, 101).send(1, 0, 100, false), (Some(3), 1));
 }
 
 #[test]
 fn a_command_that_was_not_sent_before_a_pause_is_sent_whole() {
-    assert_eq!(cut_off(100, 1, 0, 30).send(1, 0, 100), (Some(2), 100));
+    assert_eq!(cut_off(100, 1, 0, 30).send(1, 0, 100, false), (Some(2), 100));
     // The controller has done the stop, which has the id that the command would have had.
-    assert_eq!(cut_off(100, 1, 1, 0).send(1, 0, 100), (Some(2), 100));
+    assert_eq!(cut_off(100, 1, 1, 0).send(1, 0, 100, false), (Some(2), 100));
     // The rest of one that was cut off was not sent before the next pause.
     let mut motor = cut_off(100, 2, 0, 30);
     motor.go_on(3, 3, 30);
     assert!(!motor.is_still());
-    assert_eq!(motor.send(1, 0, 100), (Some(4), 70));
+    assert_eq!(motor.send(1, 0, 100, false), (Some(4), 70));
 }
 
 #[test]
@@ -106,19 +106,19 @@ fn a_motor_that_has_done_its_distance_stands_still_after_a_pause() {
         let mut again = motor;
         again.begin(2, 2);
         assert!(!again.is_still(), "in the next transfer");
-        motor.send(2, 0, 50);
+        motor.send(2, 0, 50, false);
         assert!(!motor.is_still());
     }
 }
 
 #[test]
 fn an_endless_command_is_sent_again_and_an_error_is_not_injected_again() {
-    assert_eq!(cut_off(0, 2, 0, 30).send(1, 0, 0), (Some(3), 0));
+    assert_eq!(cut_off(0, 2, 0, 30).send(1, 0, 0, false), (Some(3), 0));
     let mut motor = MotorCommand::default();
     motor.begin(0, 0);
-    motor.send(1, 5, 7);
+    motor.send(1, 5, 7, false);
     motor.go_on(2, 0, 30);
-    assert_eq!(motor.send(1, 5, 7), (Some(3), 0));
+    assert_eq!(motor.send(1, 5, 7, false), (Some(3), 0));
 }
 
 fn outputs_go_out_and_inputs_come_in<A: Area>() {
@@ -257,9 +257,9 @@ fn a_distance_is_not_reached_at_once_when_the_program_sets_its_id_back_to_0() {
 fn a_command_without_a_distance_is_reached_on_a_txt() {
     let mut motor = MotorCommand::default();
     motor.begin(0, 0);
-    assert_eq!(motor.send(1, 0, 0), (Some(1), 0));
+    assert_eq!(motor.send(1, 0, 0, false), (Some(1), 0));
     assert_eq!([motor.receive_on_txt(1, 1), motor.receive_on_txt(1, 1)], [(0, false), (1, true)]);
-    assert_eq!(motor.send(2, 0, 40), (Some(2), 40));
+    assert_eq!(motor.send(2, 0, 40, false), (Some(2), 40));
     assert_eq!(motor.receive_on_txt(2, 2), (2, true), "a distance");
 }
 
@@ -268,13 +268,13 @@ fn ids_that_are_made_0_end_the_commands_and_are_not_waited_for() {
     let mut motor = MotorCommand::default();
     motor.begin(4, 4);
     motor.renew();
-    assert_eq!(motor.send(0, 0, 0), (None, 0), "no command was given");
-    assert_eq!(motor.send(7, 0, 100), (Some(5), 100));
+    assert_eq!(motor.send(0, 0, 0, false), (None, 0), "no command was given");
+    assert_eq!(motor.send(7, 0, 100, false), (Some(5), 100));
     motor.renew();
-    assert_eq!(motor.send(0, 0, 0), (Some(6), 0));
+    assert_eq!(motor.send(0, 0, 0, false), (Some(6), 0));
     assert_eq!(motor.receive_on_txt(5, 0), (0, false), "the distance is over");
     assert_eq!(motor.receive_on_txt(6, 0), (0, false));
-    assert_eq!(motor.send(7, 0, 100), (Some(7), 100));
+    assert_eq!(motor.send(7, 0, 100, false), (Some(7), 100));
     assert_eq!(motor.receive_on_txt(6, 7), (0, false));
     assert_eq!(motor.receive_on_txt(7, 7), (7, true));
 }

@@ -1,6 +1,8 @@
 //! Inputs, timers and changes.
 
 use std::ptr::null_mut;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use super::api::*;
 use super::bench::*;
@@ -55,6 +57,48 @@ fn counters_and_buttons_are_read() {
             assert_eq!(wrong, INVALID_PARAM);
         }
     });
+}
+
+/// A published program copies the area every 20 ms, and looks only at inputs that are marked. Its recordings with the
+/// original library, whose exchanges over Bluetooth took that long, have each change.
+#[test]
+fn a_program_that_looks_every_20_ms_sees_each_change() {
+    let _library = initialized();
+    let txt = txt();
+    let device = Device::open(&txt);
+    device.start();
+    let look = || {
+        // SAFETY: the device is open; a program reads its areas so.
+        let marks = unsafe { (&raw const (*device.area(0)).change).read_volatile() };
+        (marks.change_uni & 0b10 != 0, device.input(0).uni[1])
+    };
+    let mut in_time = 0;
+    for value in 1..=200 {
+        wait("a quiet cycle", || !look().0);
+        txt.with_machine(|it| it.controllers[0].uni[1] = value);
+        let (mut longest, mut marked, mut before) = (Duration::ZERO, false, Instant::now());
+        // Once more after the value is there, because the mark is written after it.
+        let mut further = 2;
+        while further > 0 {
+            thread::sleep(Duration::from_millis(20));
+            longest = longest.max(before.elapsed());
+            before = Instant::now();
+            let (mark, now) = look();
+            marked |= mark;
+            further -= u8::from(now == value);
+        }
+        // On a busy computer a look comes later.
+        if longest < Duration::from_millis(29) {
+            assert!(
+                marked,
+                "change {value} was not marked at a look {longest:?} after the one before"
+            );
+            in_time += 1;
+        }
+        if in_time == 20 {
+            return;
+        }
+    }
 }
 
 #[test]
