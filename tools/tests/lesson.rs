@@ -145,6 +145,7 @@ fn the_page_shows_the_machine_of_the_lesson_that_the_pupil_has_gone_to() {
     page.state(0, |state| state["world"]["floor"].is_null());
 }
 
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn a_check_can_be_ended_before_a_program_comes() {
     let lesson = Lesson::start(&["motor"]);

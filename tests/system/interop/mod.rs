@@ -82,6 +82,7 @@ fn end_well(program: Program) -> String {
 }
 
 /// In a class the warnings would scroll the links of all pupils away.
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn a_search_for_i2c_devices_is_one_warning() {
     let program = Program::start(&["--world", "default"]);
