@@ -74,7 +74,8 @@ pub(super) const GUARD: Words = Words::fixed(
      Guard.",
 );
 
-/// Parts of messages, and what they mean: `@` is the terminal that a message names right before its part. The one that was said last counts: a program may go on after an error.
+/// Parts of messages, and what they mean: `@` is the terminal that a message names right before its part. The one that was
+/// said last counts: a program may go on after an error.
 const MEANINGS: &[(&str, Words)] = &[
     (
         "which is configured as a motor",

@@ -51,7 +51,7 @@ pub(super) struct Stage<'a> {
     report: &'a Report,
     /// The number of exchanges before the last thing that was done to the machine.
     mark: usize,
-    /// When an exchange was waited for last while the program was online. A program that leaves goes offline at once; one
+    /// When something was waited for last while the program was online. A program that leaves goes offline at once; one
     /// that stands still does not, until the controller ends its connection.
     quiet: Option<Instant>,
     /// The buttons that are pressed now.
@@ -262,7 +262,6 @@ impl<'a> Stage<'a> {
         let begin = Instant::now();
         while begin.elapsed() < limit {
             if let Some(well) = self.ended()? {
-                self.failed = (!well).then(Instant::now);
                 return Ok(Some(well));
             }
             std::thread::sleep(LOOK);
@@ -306,6 +305,9 @@ impl<'a> Stage<'a> {
 
     /// Whether the program has ended without an error; `None` while it runs.
     fn ended(&mut self) -> Check<Option<bool>> {
+        if self.txt.is_online() {
+            self.quiet = Some(Instant::now());
+        }
         match &mut self.driver {
             Driver::Own { program, .. } => {
                 Ok(program.ended().map_err(lost)?.map(|status| status.success()))
@@ -329,9 +331,6 @@ impl<'a> Stage<'a> {
             let is_there = |_: &Machine| log.len() > index;
             if self.txt().wait_until(is_there, LOOK) {
                 return Ok(());
-            }
-            if self.txt.is_online() {
-                self.quiet = Some(Instant::now());
             }
             if let Some(well) = self.ended()? {
                 return Err(ended(well, self.exchanges() > 0));
