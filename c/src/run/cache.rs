@@ -99,7 +99,7 @@ impl Cache {
             let known = entry.metadata().and_then(|data| Ok((data.modified()?, data.len())));
             let Ok((used, size)) = known else { continue };
             if name.starts_with(UNFINISHED) {
-                if used + ABANDONED < self.begun {
+                if is_abandoned(used, self.begun) {
                     let _ = fs::remove_file(entry.path());
                 }
             } else if name.len() == 32 {
@@ -121,6 +121,11 @@ impl Cache {
             size -= its;
         }
     }
+}
+
+/// Whether a file that was changed then will not be finished any more. Its time may be any.
+fn is_abandoned(changed: SystemTime, now: SystemTime) -> bool {
+    changed.checked_add(ABANDONED).is_some_and(|end| end < now)
 }
 
 /// The user's folder for caches.

@@ -153,6 +153,15 @@ fn the_cache_keeps_what_was_used_last_and_does_not_grow_without_end() {
 }
 
 #[test]
+fn a_file_of_any_time_is_abandoned_or_not() {
+    let now = SystemTime::now();
+    let last = SystemTime::UNIX_EPOCH.checked_add(Duration::from_secs(i64::MAX as u64));
+    assert!(!is_abandoned(last.unwrap_or(now), now));
+    assert!(!is_abandoned(now, now));
+    assert!(is_abandoned(SystemTime::UNIX_EPOCH, now));
+}
+
+#[test]
 fn without_a_folder_nothing_is_kept() {
     let made = made();
     let cache = Cache::in_folder(None, LIMIT);
