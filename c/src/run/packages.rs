@@ -158,23 +158,22 @@ const UNKNOWN: [&str; 4] = ["not declared", "undeclared", "implicit declaration"
 /// What to do when a compiler does not know a name of ftMscLibEx: its manual names no header, and programs may include that
 /// of ftMscLib. Empty when it knows them.
 pub(crate) fn advice_for_extended(said: &str) -> &'static str {
-    let words = |text: &'static str| text.split(|next: char| !is_of_name(next));
     let lines = said.lines().filter(|line| UNKNOWN.iter().any(|words| line.contains(words)));
-    let mut unknown = lines.flat_map(|line| line.split(|next: char| !is_of_name(next)));
-    let is_of_it = |name: &str| {
-        let is_its_form =
-            name.starts_with("SetCB") || name.starts_with("GetCB") || name.ends_with(['2', '4']);
-        is_its_form && words(EXTENDED).any(|word| word == name)
+    // A word of a comment is none.
+    let is_its_form = |name: &str| {
+        name.starts_with("SetCB") || name.starts_with("GetCB") || name.ends_with(['2', '4'])
     };
-    if unknown.any(is_of_it) {
+    let mut unknown = lines.flat_map(names).filter(|name| is_its_form(name));
+    if unknown.any(|name| names(EXTENDED).any(|other| other == name)) {
         "; include ftMscLibEx.h in place of ftMscLib.h"
     } else {
         ""
     }
 }
 
-fn is_of_name(character: char) -> bool {
-    character.is_ascii_alphanumeric() || character == '_'
+/// The words of a text, as C has names.
+fn names(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|next: char| !next.is_ascii_alphanumeric() && next != '_')
 }
 
 #[cfg(test)]

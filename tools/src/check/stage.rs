@@ -305,7 +305,8 @@ impl<'a> Stage<'a> {
 
     /// Whether the program has ended without an error; `None` while it runs.
     fn ended(&mut self) -> Check<Option<bool>> {
-        if self.txt.is_online() {
+        let is_online = self.txt.is_online();
+        if is_online {
             self.quiet = Some(Instant::now());
         }
         match &mut self.driver {
@@ -314,7 +315,7 @@ impl<'a> Stage<'a> {
             }
             // Nobody knows whether it has ended well, but it is gone.
             Driver::Guest => {
-                let is_gone = self.exchanges() > 0 && !self.txt.is_online();
+                let is_gone = self.exchanges() > 0 && !is_online;
                 Ok(is_gone.then_some(true))
             }
         }
