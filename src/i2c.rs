@@ -202,7 +202,7 @@ impl TxtClient {
 #[cfg(feature = "__fuzzing")]
 pub fn i2c_client(pieces: Vec<Vec<u8>>) -> (I2cClient, impl Fn() -> Vec<u8>) {
     let server = crate::client::scripted::Scripted::sending(pieces);
-    let nobody = Endpoint::at(&TCP, std::net::Ipv4Addr::LOCALHOST.into(), 0);
+    let nobody = Endpoint::at(&TCP, (std::net::Ipv4Addr::LOCALHOST, 0).into(), 0);
     let line = I2cLine::over(server.connection(), nobody, TimeLimits::default());
     (I2cClient::over(line), move || server.state().written.clone())
 }

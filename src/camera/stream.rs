@@ -264,7 +264,7 @@ pub fn read_frames(
 ) -> (Vec<CameraFrame>, Error, Vec<u8>) {
     let server = crate::client::scripted::Scripted::sending(pieces);
     let (sender, oldest) = bounded(options.channel_frames);
-    let address = std::net::Ipv4Addr::LOCALHOST.into();
+    let address = (std::net::Ipv4Addr::LOCALHOST, 0).into();
     let endpoint = crate::client::Endpoint::at(&crate::client::TCP, address, 0);
     let control = Arc::new(CameraControl::new(CameraServer { endpoint, early: None }));
     let reader = Reader { options, gap_limit: Duration::ZERO, control, sender, oldest };

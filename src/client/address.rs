@@ -1,5 +1,6 @@
 //! A controller's address as people write it: a host, with or without a port.
 
+use std::net::{IpAddr, SocketAddr};
 use std::num::NonZeroU16;
 
 use crate::error::Error;
@@ -24,6 +25,20 @@ pub(crate) fn host_and_port(given: &str, port: u16) -> Result<(&str, u16), Error
     Ok((host, own_port.ok_or_else(bad)?.get()))
 }
 
+/// The host of an address, which [`numeric`] takes. A link-local one of IPv6 leads nowhere without its interface.
+pub(super) fn host_of(address: SocketAddr) -> String {
+    match address {
+        SocketAddr::V6(v6) if v6.scope_id() != 0 => format!("{}%{}", v6.ip(), v6.scope_id()),
+        SocketAddr::V4(_) | SocketAddr::V6(_) => address.ip().to_string(),
+    }
+}
+
+/// The address of a host that is written in numbers, also that of its interface.
+pub(super) fn numeric(host: &str, port: u16) -> Option<SocketAddr> {
+    let plain = host.parse::<IpAddr>().map(|ip| (ip, port).into());
+    plain.or_else(|_| format!("[{host}]:{port}").parse()).ok()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -37,6 +52,24 @@ mod tests {
             ("[fe80::1%eth0]:65010", "fe80::1%eth0"),
         ] {
             assert_eq!(host_and_port(given, 65_000), Ok((host, 65_010)));
+        }
+    }
+
+    #[test]
+    fn the_host_of_an_address_keeps_its_interface() {
+        for (address, host) in [
+            ("192.168.7.2:4000", "192.168.7.2"),
+            ("[2001:db8::7]:4000", "2001:db8::7"),
+            ("[fe80::1%3]:4000", "fe80::1%3"),
+        ] {
+            let address: SocketAddr = address.parse().unwrap();
+            assert_eq!(host_of(address), host);
+            let mut other = address;
+            other.set_port(4001);
+            assert_eq!(numeric(host, 4001), Some(other));
+        }
+        for name in ["fe80::1%eth0", "txt", "", "::1]:4000", "192.168.7.2%3"] {
+            assert_eq!(numeric(name, 4001), None, "{name}");
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::io::{self, ErrorKind};
 use std::mem;
-use std::net::IpAddr;
+use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use super::limits::{TimeLeft, TimeLimits, SHORTEST_LIMIT};
@@ -60,8 +60,8 @@ impl Connection {
     }
 
     /// The other side's address, unless the connection is lost already.
-    pub(super) fn peer_ip(&self) -> Option<IpAddr> {
-        self.transport.addresses().ok().map(|addresses| addresses.peer.ip())
+    pub(super) fn peer(&self) -> Option<SocketAddr> {
+        self.transport.addresses().ok().map(|addresses| addresses.peer)
     }
 
     /// Sends a request and reads its response, see [`read_response`](Self::read_response).

@@ -4,7 +4,7 @@ use std::net::{IpAddr, SocketAddr};
 use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
-use super::address::host_and_port;
+use super::address::{host_and_port, host_of};
 use super::connection::Connection;
 use super::limits::{TimeLeft, TimeLimits, LIMIT_RANGE};
 use super::resolve::SYSTEM;
@@ -185,7 +185,7 @@ pub(crate) fn found_host(
     }
     let controller = only(find_usual(network, port, limit.min(AUTO_LIMIT))?.controllers)?;
     notice!(Info, "found {controller}");
-    Ok(controller.address.ip().to_string())
+    Ok(host_of(controller.address))
 }
 
 /// The only one of the controllers that were found; there is at least one.

@@ -20,7 +20,7 @@ mod transact;
 mod transport;
 mod watched;
 
-use std::net::IpAddr;
+use std::net::SocketAddr;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -365,8 +365,8 @@ impl TxtClient {
 
     /// The controller's address, unless the connection is lost already.
     #[cfg_attr(all(test, shuttle), allow(dead_code, reason = "the models have their own client"))]
-    pub(crate) fn address(&self) -> Option<IpAddr> {
-        self.connection.as_ref().and_then(Connection::peer_ip)
+    pub(crate) fn address(&self) -> Option<SocketAddr> {
+        self.connection.as_ref().and_then(Connection::peer)
     }
 
     /// Another port of the controller to which this is connected: at that one of the host's addresses which has

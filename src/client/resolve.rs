@@ -1,12 +1,13 @@
 //! Finding the addresses of host names, within a time limit.
 
 use std::collections::BTreeMap;
-use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
+use std::net::{SocketAddr, ToSocketAddrs};
 use std::sync::{Arc, Weak};
 use std::time::Instant;
 
 use parking_lot::{const_mutex, Condvar, Mutex};
 
+use super::address::numeric;
 use super::limits::TimeLeft;
 use crate::error::{Error, IoError};
 
@@ -53,8 +54,8 @@ where
         port: u16,
         left: &mut TimeLeft,
     ) -> Result<Vec<SocketAddr>, Error> {
-        if let Ok(address) = host.parse::<IpAddr>() {
-            return Ok(vec![(address, port).into()]);
+        if let Some(address) = numeric(host, port) {
+            return Ok(vec![address]);
         }
         let lookup = self.lookup(host)?;
         let rest = left.next(Instant::now).unwrap_or_default();

@@ -3,6 +3,7 @@
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind};
+use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
@@ -69,6 +70,8 @@ pub(crate) struct State {
     pub(crate) silent: bool,
     /// How many events have come in that are not read yet.
     pub(crate) waiting: usize,
+    /// The other side's address.
+    pub(crate) peer: SocketAddr,
     /// Whether it was closed from another thread.
     closed: bool,
 }
@@ -86,6 +89,7 @@ impl Scripted {
             write_limits: Vec::new(),
             silent: true,
             waiting: 0,
+            peer: ([192, 168, 7, 2], 65_000).into(),
             closed: false,
         })))
     }
@@ -196,10 +200,7 @@ impl Transport for Scripted {
     }
 
     fn addresses(&self) -> io::Result<Addresses> {
-        Ok(Addresses {
-            own: ([192, 168, 7, 1], 50_000).into(),
-            peer: ([192, 168, 7, 2], 65_000).into(),
-        })
+        Ok(Addresses { own: ([192, 168, 7, 1], 50_000).into(), peer: self.state().peer })
     }
 
     fn closer(&mut self) -> io::Result<Box<dyn Close>> {

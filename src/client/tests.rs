@@ -346,6 +346,15 @@ fn the_i2c_connection_is_open_from_start_online_to_stop_online() {
 }
 
 #[test]
+fn another_port_of_a_link_local_address_is_reached_by_the_same_interface() {
+    let main = Scripted::new(at_once([Event::Bytes(response())]), vec![]);
+    main.state().peer = "[fe80::1%3]:65000".parse().unwrap();
+    let network = ScriptedNetwork::new([Ok(main)]);
+    let client = TxtClient::connect_within(network, "txt", 65_000, LIMITS).unwrap();
+    assert_eq!(client.other_port(65_001).to_string(), "fe80::1%3:65001");
+}
+
+#[test]
 fn a_controller_without_i2c_is_no_error_and_another_port_is_left_alone_until_a_request() {
     let (mut client, _, network) = client_with_i2c(65_000, vec![]);
     network.refuse_next();

@@ -2,10 +2,10 @@
 
 use std::fmt;
 use std::io;
-use std::net::{IpAddr, SocketAddr};
+use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
-use super::address::host_and_port;
+use super::address::{host_and_port, host_of};
 use super::limits::TimeLimits;
 use crate::error::Error;
 
@@ -32,8 +32,9 @@ impl Endpoint {
         Ok(Self { network, host: host.to_owned(), port })
     }
 
-    pub(crate) fn at(network: &'static dyn Network, address: IpAddr, port: u16) -> Self {
-        Self { network, host: address.to_string(), port }
+    /// Another port of the host that has this address.
+    pub(crate) fn at(network: &'static dyn Network, address: SocketAddr, port: u16) -> Self {
+        Self { network, host: host_of(address), port }
     }
 
     pub(crate) fn open(&self, limits: &TimeLimits) -> Result<Box<dyn Transport>, Error> {

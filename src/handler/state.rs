@@ -4,7 +4,7 @@
 //! [`program::steps`](crate::handler::program::steps), what the transfer thread does in
 //! [`transfer::side`](crate::handler::transfer::side).
 
-use std::net::IpAddr;
+use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use crate::error::Error;
@@ -46,7 +46,7 @@ pub(crate) struct State {
 #[derive(Clone, Debug)]
 pub(crate) struct Controller {
     pub(crate) status: QueryStatusResponse,
-    pub(crate) address: Option<IpAddr>,
+    pub(crate) address: Option<SocketAddr>,
     /// For the log.
     pub(crate) peer: String,
 }
@@ -112,7 +112,7 @@ impl State {
             at,
             device_name,
             firmware,
-            address: self.controller.as_ref().and_then(|controller| controller.address),
+            address: self.controller.as_ref().and_then(|it| it.address).map(|it| it.ip()),
             areas: self.hand_over.outgoing().len(),
         })
     }

@@ -55,7 +55,7 @@ impl Server {
 }
 
 fn endpoint(network: &'static dyn Network, address: SocketAddr) -> Endpoint {
-    Endpoint::at(network, address.ip(), address.port())
+    Endpoint::at(network, address, address.port())
 }
 
 /// No server gets this port by chance.

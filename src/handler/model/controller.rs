@@ -1,7 +1,7 @@
 //! The controller of a model, and the connection to it.
 
 use std::cell::RefCell;
-use std::net::IpAddr;
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -130,7 +130,7 @@ impl TxtClient {
         Ok(Self { controller, connection })
     }
 
-    pub(crate) fn address(&self) -> Option<IpAddr> {
+    pub(crate) fn address(&self) -> Option<SocketAddr> {
         None
     }
 
