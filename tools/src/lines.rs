@@ -14,11 +14,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use crossbeam_channel::{bounded, Sender};
-use jiff::Zoned;
 
 use crate::interrupt;
 use crate::print::clean;
 use crate::queue::{queue, Put, Take};
+use crate::zone;
 
 /// How many bytes of lines wait at most.
 const ROOM: usize = 256 << 10;
@@ -71,7 +71,7 @@ fn begin(has_times: bool) -> anyhow::Result<()> {
 pub(crate) fn print(text: &str) {
     match QUEUE.get() {
         Some(queue) if queue.has_times => {
-            let now = Zoned::now().strftime("%Y-%m-%d %H:%M:%S%.3f").to_string();
+            let now = zone::now().strftime("%Y-%m-%d %H:%M:%S%.3f").to_string();
             text.lines().for_each(|line| queue.leave(format!("{now} {}", clean(line))));
         }
         Some(queue) => text.lines().for_each(|line| queue.leave(clean(line).into_owned())),

@@ -31,6 +31,7 @@ mod text_file;
 mod values;
 mod watch;
 mod web;
+mod zone;
 
 use std::process::ExitCode;
 

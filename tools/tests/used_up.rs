@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::panel::program::Panel;
-use crate::recording::{in_folder, said};
+use crate::recording::{self, in_folder, said};
 use crate::running::Running;
 
 /// How long something may take, however busy the computer is.
@@ -88,6 +88,27 @@ fn a_world_that_is_a_device_or_a_pipe_is_refused() {
             assert_eq!(output.status.code(), Some(status), "{args:?}: {}", said(&output));
             let said = said(&output);
             assert!(said.contains(world) && said.contains("it is a device or a pipe"), "{said}");
+        }
+    }
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix has devices and pipes with names like files")]
+#[test]
+fn a_time_zone_that_is_a_device_or_a_pipe_is_not_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, pipe) = (in_folder(&folder, "run.mcap"), in_folder(&folder, "pipe"));
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    recording::run(&["record", "--simulate", "-o", &path, "--seconds", "0.2"]);
+    for zone in [&format!(":{pipe}"), &pipe, ":/dev/zero", "/dev/zero"] {
+        for args in [&["csv", &path, "I1"][..], &["info", &path]] {
+            let mut command = Command::new("timeout");
+            command.args(["30", env!("CARGO_BIN_EXE_txt")]).args(args).env("TZ", zone);
+            let output = command.stdin(Stdio::null()).output().unwrap();
+            let said = said(&output);
+            assert!(output.status.success(), "{zone}: {said}");
+            assert_eq!(said.matches("times are in UTC").count(), 1, "{zone}: {said}");
+            let times = String::from_utf8(output.stdout).unwrap();
+            assert!(times.contains("+00:00"), "{zone}: {times}");
         }
     }
 }

@@ -7,6 +7,8 @@ use jiff::tz::{AmbiguousOffset, Offset, TimeZone};
 use jiff::{SignedDuration, Timestamp, Zoned};
 use serde::Serialize;
 
+use crate::zone;
+
 const DAY: Duration = Duration::from_secs(24 * 3600);
 
 /// Dates and times of day of a recording. Times are those since its beginning.
@@ -25,7 +27,8 @@ impl Default for Clock {
 impl Clock {
     /// In the time zone of this computer.
     pub(crate) fn of(started: SystemTime) -> Self {
-        Self::in_zone(started, TimeZone::system())
+        zone::warn_if_not_read();
+        Self::in_zone(started, zone::of_system())
     }
 
     pub(super) fn in_zone(started: SystemTime, zone: TimeZone) -> Self {

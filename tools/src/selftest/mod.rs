@@ -27,6 +27,7 @@ use crate::guardian::Guardian;
 use crate::interrupt::{self, Driving};
 use crate::print;
 use crate::watch::ports;
+use crate::zone;
 
 const AFTER: &str = "\
 Each line is a statement about the controller: \"as the firmware does\", \"differs\", or \"not tried\".
@@ -79,7 +80,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     if args.motors && !args.yes {
         ask()?;
     }
-    let begun = Zoned::now();
+    let begun = zone::now();
     let path = args.output.clone().unwrap_or_else(|| {
         PathBuf::from(format!("selftest-{}.json", begun.strftime("%Y%m%d-%H%M%S")))
     });
