@@ -95,7 +95,13 @@ pub(crate) fn run(
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
     let is_crash = status.code().is_none_or(signals::is_crash);
     let (status, word) = end_of(&name, program.entry, status);
-    let forks = forks.end().then(|| format!("what {name} has left running was ended"));
+    let forks = match forks.end() {
+        Left::Nothing => None,
+        Left::Ended => Some(format!("what {name} has left running was ended")),
+        Left::Unknown => {
+            Some(format!("/proc is not mounted, so what {name} may have left running goes on"))
+        }
+    };
     // Also those that could not be stopped while the program ran.
     let stopped = stop_left(&mut online, target);
     // All that it began has ended by its own last exchange. Without a transfer nobody knows what the outputs do.
@@ -115,6 +121,17 @@ fn say_meanwhile() -> (SyncSender<String>, Option<JoinHandle<()>>) {
     (to_say, thread::Builder::new().spawn(say).ok())
 }
 
+/// What a program has left running when it has ended.
+pub(crate) enum Left {
+    Nothing,
+    /// There was something.
+    #[cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "only Linux shows it"))]
+    Ended,
+    /// The system does not show it any more.
+    #[cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "only Linux shows it"))]
+    Unknown,
+}
+
 /// Other systems do not show which processes these are.
 #[cfg(not(target_os = "linux"))]
 struct Forks;
@@ -125,8 +142,8 @@ impl Forks {
         Ok(Self)
     }
 
-    fn end(&self) -> bool {
-        false
+    fn end(&self) -> Left {
+        Left::Nothing
     }
 }
 

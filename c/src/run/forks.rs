@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::child::Left;
+
 /// How long they may take to end by themselves.
 const FAREWELL: Duration = Duration::from_secs(1);
 /// How long killing them is tried. Those that follow one another quickly are found only by chance on a busy computer.
@@ -29,7 +31,7 @@ impl Forks {
     }
 
     /// Ends all processes that are this program, which itself has ended. Returns whether there were any.
-    pub(crate) fn end(&self) -> bool {
+    pub(crate) fn end(&self) -> Left {
         let mut had_any = false;
         for (signal, limit) in [(libc::SIGTERM, FAREWELL), (libc::SIGKILL, KILLING)] {
             let (begun, mut has_it, mut empty_looks) = (Instant::now(), HashSet::new(), 0);
@@ -46,21 +48,34 @@ impl Forks {
                 had_any |= found;
                 empty_looks = if found { 0 } else { empty_looks + 1 };
                 if empty_looks == EMPTY_LOOKS {
-                    return had_any;
+                    return self.left(had_any);
                 }
                 if has_it.len() == known {
                     thread::sleep(LOOK);
                 }
             }
         }
-        had_any
+        self.left(had_any)
+    }
+
+    fn left(&self, had_any: bool) -> Left {
+        match (had_any, self.name()) {
+            (true, _) => Left::Ended,
+            (false, Some(_)) => Left::Nothing,
+            (false, None) => Left::Unknown,
+        }
+    }
+
+    /// How the system names the file; `None` without `/proc`.
+    fn name(&self) -> Option<PathBuf> {
+        fs::read_link(format!("/proc/self/fd/{}", self.0.as_raw_fd())).ok()
     }
 
     /// The processes that are this program. One that has become another program is none of them, and has no connection.
     fn processes(&self) -> impl Iterator<Item = libc::pid_t> {
         // The system names a file alike for both, also one that was renamed or removed. It asks no file system for it,
         // which may be one that does not answer.
-        let program = fs::read_link(format!("/proc/self/fd/{}", self.0.as_raw_fd())).ok();
+        let program = self.name();
         let names = fs::read_dir("/proc").into_iter().flatten().flatten();
         let processes = names.filter_map(|process| process.file_name().to_str()?.parse().ok());
         processes.filter(move |process| program.is_some() && program == file_of(*process))

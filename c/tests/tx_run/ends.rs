@@ -432,6 +432,53 @@ fn what_a_program_has_made_by_fork_ends_with_it() {
     }
 }
 
+/// `/proc` is covered, which only root may do, or a user in a name space where the system allows it.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_can_t_be_seen_without_proc_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let cover = "mount -t tmpfs none /proc";
+    let in_space = |script: &str| {
+        let mut command = Command::new("unshare");
+        command.args(["-rm", "sh", "-c", script, "sh"]);
+        command
+    };
+    if !in_space(cover).status().is_ok_and(|status| status.success()) || !has_compiler() {
+        return eprintln!("skipped: nothing can be mounted here");
+    }
+    // The second process has none of what the test reads, and ends with the folder.
+    let text = r#"
+        #include <fcntl.h>
+        #include <unistd.h>
+        int main(int count, char **of) {
+            close(creat(of[1], 0600));
+            if (fork() == 0) {
+                for (int i = 0; i < 3; i++) close(i);
+                while (access(of[1], F_OK) == 0) usleep(5000);
+                return 0;
+            }
+            while (access(of[2], F_OK) != 0) usleep(5000);
+            return 4;
+        }"#;
+    let path = folder.path().join("alone.c");
+    fs::write(&path, text).unwrap();
+    let (runs, covered) = (folder.path().join("runs"), folder.path().join("covered"));
+    let script = format!(
+        "\"$@\" & while [ ! -e '{}' ]; do sleep 0.01; done; {cover}; : > '{}'; wait $!",
+        runs.display(),
+        covered.display()
+    );
+    let tx_run = tx_run(&["--world", "none"]);
+    let mut command = in_space(&script);
+    command.arg(tx_run.get_program()).args(tx_run.get_args()).arg(&path).arg("--");
+    command.args([&runs, &covered]);
+    command.envs(tx_run.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    let ended = Run::start(&mut command).end();
+    assert_eq!(ended.status, Some(4), "{ended:?}");
+    let words = "/proc is not mounted, so what alone may have left running goes on";
+    assert!(ended.err.contains(words), "{ended:?}");
+}
+
 #[test]
 fn a_program_that_takes_a_signal_from_the_library_is_stopped_too() {
     if !has_compiler() {
