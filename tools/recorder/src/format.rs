@@ -15,6 +15,8 @@ pub(crate) const HEAD: &str = "recording";
 pub(crate) const HEAD_FORMAT: &str = "format";
 /// When it was started, in nanoseconds since 1970.
 pub(crate) const HEAD_STARTED: &str = "started_ns";
+/// In place of a time that has more nanoseconds since 1970, as after the year 2554.
+pub(crate) const NO_TIME: u64 = u64::MAX;
 
 pub(crate) const CYCLE: &str = "/cycle";
 pub(crate) const TRANSFER: &str = "/transfer";

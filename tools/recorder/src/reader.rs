@@ -16,7 +16,7 @@ use crate::damage::Damage;
 use crate::error::Error;
 use crate::format::{
     topic, CycleMessage, ImageMessage, RecordedEvent, RecordedStatistics, Transfer, CAMERA, CYCLE,
-    EVENTS, FORMAT, HEAD, HEAD_FORMAT, HEAD_STARTED, PROFILE, STATISTICS, TRANSFER,
+    EVENTS, FORMAT, HEAD, HEAD_FORMAT, HEAD_STARTED, NO_TIME, PROFILE, STATISTICS, TRANSFER,
 };
 use crate::part::{self, parts, Part};
 use crate::records::{self, Found, Records};
@@ -195,7 +195,14 @@ impl Recording {
         if !format.parse().is_ok_and(|format: u32| format <= FORMAT) {
             return Err(Error::Newer { path, format: format.to_owned() });
         }
-        self.started = value(HEAD_STARTED).parse().unwrap_or(0);
+        let started = value(HEAD_STARTED);
+        self.started =
+            started.parse().ok().filter(|started| *started != NO_TIME).ok_or_else(|| {
+                let cause = format!(
+                    "it was started {started:?} ns after 1970, which is no time up to the year 2554"
+                );
+                Error::Damaged { path: path.clone(), cause }
+            })?;
         Ok(())
     }
 

@@ -25,6 +25,8 @@ impl Target {
         parts: Option<Parts>,
         within: Option<(Instant, Vec<Transfer>)>,
     ) -> McapResult<Self> {
+        // A file that was there before stays.
+        Writer::check_clock()?;
         let mut files = parts.map(|parts| Files::beside(&path, parts)).transpose()?;
         let (newest, file) = match &mut files {
             Some(files) => files.make()?,

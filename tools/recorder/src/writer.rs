@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
+use std::io;
 use std::time::{Duration, Instant, SystemTime};
 
 use base64::prelude::{Engine, BASE64_STANDARD};
@@ -16,7 +17,7 @@ use serde_json::Value;
 use crate::format::{
     schema_of, topic, CycleMessage, ImageMessage, LogMessage, RecordedEvent, RecordedStatistics,
     Timestamp, Transfer, CAMERA, CYCLE, ERROR, EVENTS, FORMAT, HEAD, HEAD_FORMAT, HEAD_STARTED,
-    INFO, LOG, STATISTICS, TRANSFER, WARNING,
+    INFO, LOG, NO_TIME, STATISTICS, TRANSFER, WARNING,
 };
 use crate::output::{options, without_index, Output};
 use crate::part::{parts, Part};
@@ -62,6 +63,10 @@ const INDEX: usize = 32 << 20;
 const INDEX_ENTRY: usize = 160;
 const INDEX_CHANNEL: usize = 32;
 
+/// What is said of a clock that a file has no number for: its times are nanoseconds since 1970, in 64 bits.
+const AFTER_LAST_TIME: &str =
+    "the clock of this computer is after the year 2554, and a recording has no such times";
+
 /// What a file says of a channel.
 struct Description {
     topic: String,
@@ -96,6 +101,14 @@ impl WallClock {
         Self { began: Instant::now(), began_ns: nanos(since_1970) }
     }
 
+    /// An error when it is after the last time that a file can have.
+    fn check(&self) -> McapResult<()> {
+        match self.began_ns {
+            NO_TIME => Err(McapError::Io(io::Error::other(AFTER_LAST_TIME))),
+            _ => Ok(()),
+        }
+    }
+
     /// With this beginning.
     fn since(time: Instant) -> Self {
         Self { began: time, began_ns: Self::now().ns(time) }
@@ -115,7 +128,7 @@ impl WallClock {
 }
 
 fn nanos(time: Duration) -> u64 {
-    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+    u64::try_from(time.as_nanos()).unwrap_or(NO_TIME)
 }
 
 fn not_recorded(entries: u64) -> String {
@@ -127,6 +140,11 @@ fn millis(time: Duration) -> f64 {
 }
 
 impl Writer {
+    /// An error when no file could have the times of now.
+    pub(crate) fn check_clock() -> McapResult<()> {
+        WallClock::now().check()
+    }
+
     /// Writes the head into a new file.
     pub(crate) fn new(file: File) -> McapResult<Self> {
         Self::beginning(file, WallClock::now())
@@ -145,6 +163,7 @@ impl Writer {
     }
 
     fn beginning(file: File, clock: WallClock) -> McapResult<Self> {
+        clock.check()?;
         let output = Output::new(file);
         let mut mcap = options().create(NoSeek::new(output.clone()))?;
         let head = [
@@ -453,6 +472,33 @@ mod tests {
         let taken = allocation_counter::measure(|| record(10..CHUNKS));
         writer.finish().unwrap();
         taken.bytes_max
+    }
+
+    #[test]
+    fn a_time_without_a_number_is_refused_by_who_writes_and_who_reads() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let beginning_at = |since_1970| {
+            let clock = WallClock { began: Instant::now(), began_ns: nanos(since_1970) };
+            Writer::beginning(File::create(&path).unwrap(), clock)
+        };
+        let year_2600 = Duration::from_secs(630 * 365 * 24 * 3600);
+        let refused = format!("{:?}", beginning_at(year_2600).err().unwrap());
+        assert!(refused.contains("after the year 2554"), "{refused}");
+
+        let last = Duration::from_nanos(u64::MAX - 1);
+        beginning_at(last).unwrap().finish().unwrap();
+        assert_eq!(Recording::open(&path).unwrap().started(), SystemTime::UNIX_EPOCH + last);
+        let text = fs::read(&path).unwrap();
+        let number = last.as_nanos().to_string().into_bytes();
+        let at = text.windows(number.len()).position(|window| window == number).unwrap();
+        for other in ["18446744073709551615", "20000000000000000000", "                    "] {
+            let mut other_text = text.clone();
+            other_text[at..][..number.len()].copy_from_slice(other.as_bytes());
+            fs::write(&path, other_text).unwrap();
+            let refused = Recording::open(&path).err().unwrap().to_string();
+            assert!(refused.contains("no time up to the year 2554"), "{refused}");
+        }
     }
 
     fn has_all_cycles(path: &Path) -> bool {

@@ -39,7 +39,7 @@ fn record(opcode: u8, body: &[u8]) -> Vec<u8> {
 /// How a recording begins.
 fn head() -> Vec<u8> {
     let header = [string("ft-transfer-area"), string("a test")].concat();
-    let values = [string("format"), string("1")].concat();
+    let values = ["format", "1", "started_ns", "0"].map(string).concat();
     let metadata = [&string("recording")[..], &(values.len() as u32).to_le_bytes(), &values];
     [MAGIC, &record(HEADER, &header), &record(METADATA, &metadata.concat())].concat()
 }
