@@ -26,6 +26,11 @@ pub(crate) fn or_auto() -> String {
     from_environment().unwrap_or_else(|| "auto".to_owned())
 }
 
+/// Whether the only controller is meant that answers, whichever that is.
+pub(crate) fn is_auto(host: &str) -> bool {
+    host.split(':').next().is_some_and(|name| name.eq_ignore_ascii_case("auto"))
+}
+
 /// The host and the port that a program gives a kit's class.
 pub(crate) fn of_kit(host: Option<&str>, port: Option<&str>) -> String {
     with_port(host.unwrap_or(KITS_HOST), port.unwrap_or_default())

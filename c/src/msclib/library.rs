@@ -18,6 +18,7 @@ use crate::errors::{
     FTLIB_ERR_UNKNOWN_DEVICE_HANDLE, FTLIB_ERR_WRONG_HOSTNAME_LEN,
 };
 use crate::exit::{self, side_by_side, Transfer};
+use crate::host;
 use crate::ports::{number_of, Ports};
 use crate::report;
 
@@ -205,13 +206,20 @@ impl Library {
 
 /// Asks the controller at a host for its name.
 fn find(host: &str) -> Result<FoundController, Error> {
-    let address = controller_address(host, OPEN_LIMIT)?;
+    // A name may have several addresses, of which the first one that answers counts.
+    let address = if host::is_auto(host) {
+        controller_address(host, OPEN_LIMIT)?.to_string()
+    } else {
+        host.to_owned()
+    };
     let options = SearchOptions::default().addresses([address]).limit(OPEN_LIMIT);
     find_controllers(&options)?.controllers.pop().ok_or(Error::NoController { tried: Vec::new() })
 }
 
 #[cfg(test)]
 mod tests {
+    use std::net::{Ipv6Addr, SocketAddr, ToSocketAddrs};
+
     use ft_transfer_area_simulator::SimulatedTxt;
 
     use super::*;
@@ -223,5 +231,16 @@ mod tests {
             let found = find(&format!("{host}:{}", txt.port())).unwrap();
             assert_eq!(found.address, txt.address(), "{host}");
         }
+    }
+
+    #[test]
+    fn all_addresses_of_a_name_are_tried() {
+        let known: Vec<_> = ("localhost", 1).to_socket_addrs().unwrap().collect();
+        let txt = SimulatedTxt::builder().bind(Ipv6Addr::LOCALHOST.into()).start();
+        let Some(txt) = txt.ok().filter(|_| known.iter().any(SocketAddr::is_ipv6)) else {
+            return eprintln!("skipped: localhost has no address of IPv6 here");
+        };
+        let found = find(&format!("localhost:{}", txt.port())).unwrap();
+        assert_eq!(found.address, txt.address());
     }
 }
