@@ -1,6 +1,6 @@
 //! When descriptors or threads are used up, or a world has no end, `txt` ends with a sentence.
 
-use std::io::Read;
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Command, Output, Stdio};
 use std::thread;
@@ -111,6 +111,29 @@ fn a_time_zone_that_is_a_device_or_a_pipe_is_not_read() {
             assert!(times.contains("+00:00"), "{zone}: {times}");
         }
     }
+}
+
+#[test]
+fn wrong_lines_without_an_end_get_two_answers_a_second() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+    command.args(["simulate", "--port", "0"]).stdin(Stdio::piped()).stdout(Stdio::null());
+    let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
+    let mut input = child.stdin.take().unwrap();
+    // Also between right ones.
+    let lines = "y\nI1 1\n".repeat(1000);
+    let writer = thread::spawn(move || while input.write_all(lines.as_bytes()).is_ok() {});
+    let errors = BufReader::new(child.stderr.take().unwrap());
+    let (begin, mut answers) = (Instant::now(), 0);
+    for line in errors.lines().map_while(Result::ok) {
+        answers += u32::from(line.contains(r#"there is no "Y" to set"#));
+        if answers == 5 {
+            break;
+        }
+    }
+    let took = begin.elapsed();
+    crate::running::end(&mut child);
+    writer.join().unwrap();
+    assert!(answers == 5 && took > Duration::from_secs(2), "{answers} answers in {took:?}");
 }
 
 #[cfg_attr(not(target_os = "linux"), ignore = "how many files a program has open differs")]

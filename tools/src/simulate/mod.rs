@@ -5,6 +5,7 @@ mod typed;
 
 use std::sync::{Arc, Weak};
 use std::thread;
+use std::time::{Duration, Instant};
 use std::{io, mem};
 
 use ft_transfer_area_simulator::SimulatedTxt;
@@ -43,16 +44,25 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The least time between two answers to wrong lines: those of another program may have no end.
+const BETWEEN_ANSWERS: Duration = Duration::from_millis(500);
+
 /// Carries out typed lines. Without a keyboard, or at the end of the input, the program just goes on.
 fn read_lines(txts: &Weak<Vec<(String, SimulatedTxt)>>) {
     let mut input = io::stdin().lock();
+    let mut answered: Option<Instant> = None;
     while let Some(line) = typed::next_line(&mut input) {
         let Some(txts) = txts.upgrade() else { return };
         let done = line.and_then(|line| {
             let (txt, line) = typed::addressed(&line, &txts)?;
             txt.with_machine(|machine| typed::carry_out(line, machine))
         });
+        drop(txts);
         if let Err(sentence) = done {
+            if let Some(before) = answered {
+                thread::sleep(BETWEEN_ANSWERS.saturating_sub(before.elapsed()));
+            }
+            answered = Some(Instant::now());
             eprintln!("{sentence}\n{}", typed::HELP);
         }
     }
