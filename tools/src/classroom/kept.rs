@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use anyhow::{anyhow, Context};
+use anyhow::{anyhow, bail, Context};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +20,9 @@ const LOOK: Duration = Duration::from_secs(2);
 const MARK: &str = "\u{feff}";
 /// What may be between two columns: spreadsheets choose by language.
 const BETWEEN: &[u8] = b",;\t";
+
+/// The names in the first line.
+const COLUMNS: [&str; 5] = ["name", "lesson", "passed", "wrong_since", "last_wrong"];
 
 /// The file, and what was written last.
 pub(super) struct Kept {
@@ -134,10 +137,16 @@ fn text(rows: &[Row], before: &str) -> anyhow::Result<String> {
     Ok(String::from_utf8(writer.into_inner()?)?)
 }
 
-fn rows(text: &str) -> csv::Result<Vec<Row>> {
+fn rows(text: &str) -> anyhow::Result<Vec<Row>> {
     let mut reader =
         csv::ReaderBuilder::new().delimiter(between(text)).from_reader(text.as_bytes());
-    reader.deserialize().collect()
+    let head = reader.headers()?;
+    // A file with one line has no row that would lack one.
+    let lacked = COLUMNS.into_iter().find(|column| head.iter().all(|name| name != *column));
+    match lacked {
+        Some(column) if !text.trim().is_empty() => bail!("there is no column {column}"),
+        _ => Ok(reader.deserialize().collect::<csv::Result<_>>()?),
+    }
 }
 
 /// What is between two columns.
@@ -222,7 +231,13 @@ Ben,4,1 2 3,0,
     fn what_can_t_be_read_gets_a_sentence_and_stays() {
         let no_utf8: &[u8] = b"name,lesson,passed,wrong_since,last_wrong\nZo\xEB,2,1,0,\n";
         let no_number = b"name,lesson,passed,wrong_since,last_wrong\nBen,two,1,0,\n";
-        for text in [no_utf8, no_number, b"name,passed\nBen,1\n"] {
+        for text in [
+            no_utf8,
+            no_number,
+            b"name,passed\nBen,1\n",
+            b"milk, bread and eggs\n",
+            b"name,lesson,passed",
+        ] {
             let (_folder, path) = file(text);
             let refused = Kept::go_on(path.clone(), &desks(["Ben"])).err().unwrap();
             let said = format!("{refused:#}");
