@@ -94,11 +94,27 @@ fn replace(mut child: Child, hosts: &[String], input: &Input) {
 
 /// Another process of this program, which sees by its input that this one has ended.
 pub(crate) fn outliving() -> io::Result<Command> {
-    let mut command = Command::new(env::current_exe()?);
+    let mut command = this_program()?;
     // Where this program was started by another `txt`, that one does not end it.
     command.stdin(Stdio::piped()).env_remove(program::MARK);
     apart(&mut command);
     Ok(command)
+}
+
+/// This program once more, also when its file was replaced or removed, as by an update.
+pub(crate) fn this_program() -> io::Result<Command> {
+    let file = env::current_exe()?;
+    if cfg!(target_os = "linux") && !file.exists() {
+        // What runs here.
+        let mut command = Command::new("/proc/self/exe");
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::arg0(
+            &mut command,
+            env::args_os().next().unwrap_or_default(),
+        );
+        return Ok(command);
+    }
+    Ok(Command::new(file))
 }
 
 /// What ends this program by the keyboard does not end the other one.

@@ -2,7 +2,7 @@
 //! process ends.
 
 use std::io::{BufRead, BufReader, Read};
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStdin, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -12,6 +12,7 @@ use crossbeam_channel::{bounded, Receiver, RecvTimeoutError};
 use serde_json::{json, Value};
 
 use super::page::Wanted;
+use crate::guardian::this_program;
 use crate::{print, WITH_INPUT};
 
 /// How long a command may take to print the address of its page.
@@ -39,7 +40,7 @@ pub(super) struct Running {
 
 impl Running {
     pub(super) fn start(wanted: Wanted) -> anyhow::Result<Self> {
-        let mut child = Command::new(std::env::current_exe()?)
+        let mut child = this_program()?
             .arg(WITH_INPUT)
             .args(wanted.words()?)
             .stdin(Stdio::piped())

@@ -130,6 +130,33 @@ fn another_guardian_takes_the_place_of_one_that_is_killed() {
     assert!(txt.wait_until(is_stopped, LIMIT));
 }
 
+/// As an update does.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_guardian_starts_also_when_the_file_of_the_program_was_replaced() {
+    use std::fs;
+
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let (program, other) = (folder.path().join("txt"), folder.path().join("other"));
+    fs::copy(env!("CARGO_BIN_EXE_txt"), &program).unwrap();
+    fs::write(&other, "#!/bin/false\n").unwrap();
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let mut command = std::process::Command::new(&program);
+    command.args(["panel", "--no-browser", &txt.address().to_string()]);
+    let running = crate::running::Running::start(&mut command);
+    let mut first = None;
+    crate::running::wait_for("a guardian", || {
+        first = guardian(running.id());
+        first.is_some()
+    });
+    fs::rename(&other, &program).unwrap();
+    let (first, words) = first.unwrap();
+    assert!(std::process::Command::new("kill").args(["-KILL", &first]).status().unwrap().success());
+    crate::running::wait_for("another guardian", || {
+        guardian(running.id()).is_some_and(|second| second.0 != first && second.1 == words)
+    });
+}
+
 #[cfg_attr(not(unix), ignore = "a single program gets no signals there")]
 #[test]
 fn a_controller_that_is_away_at_the_end_is_stopped_when_it_is_back() {
