@@ -223,20 +223,20 @@ impl<A: Area> Mirror<A> {
             keep_configured(array, places, &area.config, &mut input.uni);
         }
         let newest = array.load(places.output);
-        let mut done = ([false; 4], [false; 4], [false; 4]);
+        let mut done = Done::default();
         for i in 0..4 {
-            (input.cnt_reset_cmd_id[i], done.0[i]) =
+            (input.cnt_reset_cmd_id[i], done.resets[i]) =
                 known.counters[i].receive(input.cnt_reset_cmd_id[i], newest.cnt_reset_cmd_id[i]);
             let (motor, echo, newest) =
                 (&mut known.motors[i], input.motor_ex_cmd_id[i], newest.motor_ex_cmd_id[i]);
-            (input.motor_ex_cmd_id[i], done.1[i]) = match self.supply {
+            (input.motor_ex_cmd_id[i], done.distances[i]) = match self.supply {
                 Some(_) => motor.receive_on_txt(echo, newest),
                 None => motor.id.receive(echo, newest),
             };
             // A program with ftMscLib is called for a distance that it has stopped, too.
             let tells_stops = A::REACHED_IS_A_DISTANCE && self.dev_mode == DEV_MODE_ONLINE;
-            done.2[i] = done.1[i] && tells_stops && known.motors[i].is_stop();
-            done.1[i] &= !A::REACHED_IS_A_DISTANCE || known.motors[i].has_distance();
+            done.stops[i] = done.distances[i] && tells_stops && known.motors[i].is_stop();
+            done.distances[i] &= !A::REACHED_IS_A_DISTANCE || known.motors[i].has_distance();
         }
         let mut txt_inputs = area.txt_inputs;
         let id = txt_inputs.sound_cmd_id;
@@ -262,18 +262,18 @@ impl<A: Area> Mirror<A> {
 
         // A program that sees a flag also sees the values, and one that sees an id also sees the flag: otherwise it
         // could set a flag back before it is set.
-        for i in (0..4).filter(|i| done.0[*i]) {
+        for i in (0..4).filter(|i| done.resets[*i]) {
             fields.set_flag(array, fields.cnt_resetted, i);
         }
-        for i in (0..4).filter(|i| done.1[*i]) {
+        for i in (0..4).filter(|i| done.distances[*i]) {
             fields.set_flag(array, fields.motor_ex_reached, i);
         }
         fields.store_ids(array, &input);
         for i in 0..4 {
-            if done.0[i] {
+            if done.resets[i] {
                 reported(AreaEvent::CounterReset { area: index, counter: i });
             }
-            if done.1[i] || done.2[i] {
+            if done.distances[i] || done.stops[i] {
                 reported(AreaEvent::MotorReached { area: index, motor: i });
             }
         }
@@ -343,6 +343,17 @@ impl<A: Area> Mirror<A> {
             self.array.store(at, status);
         }
     }
+}
+
+/// Which commands of an area are done with a response.
+#[derive(Default)]
+struct Done {
+    /// Of counters.
+    resets: [bool; 4],
+    /// Of motors.
+    distances: [bool; 4],
+    /// Of motors whose distance was not done.
+    stops: [bool; 4],
 }
 
 /// The fields of the inputs, which do not all belong to the controller: programs of the TX set flags back,
