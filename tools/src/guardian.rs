@@ -104,14 +104,12 @@ pub(crate) fn outliving() -> io::Result<Command> {
 /// This program once more, also when its file was replaced or removed, as by an update.
 pub(crate) fn this_program() -> io::Result<Command> {
     let file = env::current_exe()?;
-    if cfg!(target_os = "linux") && !file.exists() {
+    #[cfg(target_os = "linux")]
+    if !file.exists() {
         // What runs here.
         let mut command = Command::new("/proc/self/exe");
-        #[cfg(unix)]
-        std::os::unix::process::CommandExt::arg0(
-            &mut command,
-            env::args_os().next().unwrap_or_default(),
-        );
+        let name = env::args_os().next().unwrap_or_default();
+        std::os::unix::process::CommandExt::arg0(&mut command, name);
         return Ok(command);
     }
     Ok(Command::new(file))
