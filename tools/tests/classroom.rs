@@ -133,6 +133,20 @@ fn a_number_of_pupils_for_whom_there_are_no_ports_is_a_sentence() {
     assert!(said.contains("--port"), "{said}");
 }
 
+#[test]
+fn a_class_with_another_ending_is_refused_because_two_could_share_one_table() {
+    let folder = tempfile::tempdir().unwrap();
+    for class in ["lessons.7b", "lessons.8a", "7b.csv", "7b"] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        // There are not enough ports, so it ends in any case.
+        command.args(["classroom", "2", "--port", "65533", "--class", class]);
+        let output = command.current_dir(folder.path()).stdin(Stdio::null()).output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.contains(class) && said.contains("ends in .toml"), "{class}: {said}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
 /// A classroom with a class, its link for all, and the lines of its pupils.
 fn with_class(arguments: &[&str], folder: &Path) -> (Running, String, Vec<String>) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));

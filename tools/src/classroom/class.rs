@@ -263,6 +263,9 @@ pub(super) fn read(path: &Path) -> io::Result<String> {
 pub(super) fn write(path: &Path, text: &str) -> anyhow::Result<()> {
     let behind = if path.is_symlink() { path.canonicalize().ok() } else { None };
     let path = behind.as_deref().unwrap_or(path);
+    if fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+        bail!("it is a device or a pipe, and a file is expected");
+    }
     let mut name = path.file_name().context("this is no file")?.to_owned();
     name.push(".new");
     let new = path.with_file_name(name);
@@ -299,6 +302,12 @@ mod tests {
         assert_eq!(fs::read_to_string(&file).unwrap(), "new");
         assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
         assert_eq!(fs::read_to_string(other).unwrap(), "other");
+        // Nor is a pipe or a device replaced by a file.
+        let pipe = folder.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let error = write(&pipe, "new").unwrap_err().to_string();
+        assert!(error.contains("it is a device or a pipe"), "{error}");
+        assert!(!fs::symlink_metadata(&pipe).unwrap().is_file());
     }
 
     #[test]

@@ -116,10 +116,11 @@ fn read_class(args: &Args) -> anyhow::Result<Class> {
     let Some(path) = &args.class else {
         return Class::numbered(args.pupils.context("how many pupils are there?")?);
     };
-    // Beside it is a file with this ending.
+    // Beside it is a file of the same name that ends in .csv: two classes must not share it.
     ensure!(
-        path.extension().is_none_or(|ending| ending != "csv"),
-        "a class is a file that ends in .toml"
+        path.extension().is_some_and(|ending| ending == "toml"),
+        "{}: a class is a file that ends in .toml; give it such a name",
+        path.display()
     );
     let class = Class::load(path, args.pupils).with_context(|| path.display().to_string())?;
     let count = class.pupils.len();
