@@ -19,7 +19,9 @@ use rumqttc::{
     AsyncClient, ConnectReturnCode, ConnectionError, Event, EventLoop, LastWill, MqttOptions,
     NetworkOptions, Outgoing, Packet, QoS, SubscribeFilter, SubscribeReasonCode,
 };
-use tokio::time::sleep_until;
+use tokio::net::lookup_host;
+use tokio::task::JoinHandle;
+use tokio::time::{sleep_until, timeout};
 use tokio::{runtime, select};
 
 use self::address::host_and_port;
@@ -193,7 +195,7 @@ impl Broker {
             .enable_all()
             .build()
             .context("the operating system provides no way to wait for the broker")?;
-        let client = Client { broker: self.clone(), will, subscription, outlet };
+        let client = Client { broker: self.clone(), will, subscription, outlet, lookup: None };
         thread::Builder::new()
             .name("broker".to_owned())
             .spawn(move || runtime.block_on(client.run()))
@@ -222,6 +224,8 @@ struct Client {
     will: LastWill,
     subscription: Subscription,
     outlet: Outlet,
+    /// Looks up the broker's name.
+    lookup: Option<JoinHandle<()>>,
 }
 
 /// Why a connection has ended.
@@ -254,6 +258,9 @@ impl Client {
 
     /// One connection from its beginning to its end.
     async fn session(&mut self) -> End {
+        if !self.is_found().await {
+            return End::Failed(BrokerEvent::Down(self.broker.silent()));
+        }
         let (client, mut events) = AsyncClient::new(self.broker.options(self.will.clone()), QUEUE);
         let mut network = NetworkOptions::new();
         network.set_tcp_nodelay(true);
@@ -277,6 +284,19 @@ impl Client {
                 Err(end) => return end,
             }
         }
+    }
+
+    /// Waits until name servers answer who has the broker's name; the connection asks them again. Nothing interrupts a
+    /// lookup: so the next attempt waits for the same one, and they do not add up.
+    async fn is_found(&mut self) -> bool {
+        let place = (self.broker.host.clone(), self.broker.port);
+        let look_up = || tokio::spawn(async move { drop(lookup_host(place).await) });
+        let is_found =
+            timeout(self.broker.limit, self.lookup.get_or_insert_with(look_up)).await.is_ok();
+        if is_found {
+            self.lookup = None;
+        }
+        is_found
     }
 
     /// What happens next on the connection, unless the broker is silent for too long.

@@ -2,8 +2,9 @@
 
 use std::io::{Read, Write};
 use std::net::TcpListener;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::thread;
+use std::time::Duration;
 
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -88,4 +89,45 @@ fn a_broker_that_sends_garbage_is_left_and_tried_again() {
     wait_machine(&txt, "online", |machine| machine.online());
     bridge.interrupt();
     assert!(bridge.wait().success());
+}
+
+/// Whoever asks a name server that does not answer waits for longer than the broker may be silent.
+#[cfg(target_os = "linux")]
+#[test]
+fn lookups_of_a_brokers_name_that_take_long_do_not_add_up() {
+    // Only root may listen where name servers do.
+    let Ok(_silent) = std::net::UdpSocket::bind("127.53.53.53:53") else {
+        eprintln!("skipped: no name server can be made here");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let servers = folder.path().join("resolv.conf");
+    std::fs::write(&servers, "nameserver 127.53.53.53\noptions timeout:30\n").unwrap();
+    let script = "mount --bind \"$1\" /etc/resolv.conf && exec \"$2\" bridge --mqtt broker.example --simulate \
+        --broker-limit 2000";
+    let mut unshare = Command::new("unshare");
+    unshare.args(["--mount", "sh", "-c", script, "sh"]).arg(&servers);
+    unshare.arg(env!("CARGO_BIN_EXE_txt")).stdin(Stdio::null()).stdout(Stdio::null());
+    let mut bridge = unshare.stderr(Stdio::null()).spawn().unwrap();
+    // An attempt takes 3 s. A thread that looks up names has this beginning of a name.
+    let lookups = || {
+        let tasks = std::fs::read_dir(format!("/proc/{}/task", bridge.id())).unwrap();
+        let names = tasks
+            .flatten()
+            .filter_map(|task| std::fs::read_to_string(task.path().join("comm")).ok());
+        names.filter(|name| name.starts_with("tokio-r")).count()
+    };
+    let counts: Vec<_> = (0..24)
+        .map(|_| {
+            thread::sleep(Duration::from_millis(500));
+            lookups()
+        })
+        .collect();
+    if bridge.try_wait().unwrap().is_some() {
+        eprintln!("skipped: a file can't be put in place of another one here");
+        return;
+    }
+    bridge.kill().unwrap();
+    bridge.wait().unwrap();
+    assert_eq!(counts.iter().max(), Some(&1), "{counts:?}");
 }
