@@ -95,7 +95,7 @@ impl Desk {
                 (state.failed, state.wrong) = (0, None);
             }
             Ok(Some(wrong)) => {
-                state.failed += 1;
+                state.failed = state.failed.saturating_add(1);
                 state.wrong = Some((wrong.both(), Some(Instant::now())));
             }
             Err(error) => {
@@ -162,9 +162,10 @@ impl Shared {
         failed: u32,
         wrong: &str,
     ) {
-        if lesson != self.0.lock().lesson.number && self.go_to(lesson).is_err() {
+        let present = self.0.lock().lesson.number;
+        if lesson != present && self.go_to(lesson).is_err() {
             let whose = self.0.whose();
-            log::warn!("{whose}there is no lesson {lesson}, so the first one begins");
+            log::warn!("{whose}there is no lesson {lesson}, so lesson {present} begins");
         }
         let mut state = self.0.lock();
         state.passed.extend(passed);
