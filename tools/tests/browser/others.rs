@@ -132,6 +132,13 @@ fn a_teacher_sees_who_has_no_program_and_what_it_left_on() -> Result<()> {
             page.resize(width, 844).await?;
             let count = page.run(outside, json!(null)).await?;
             ensure!(count == json!(0), "{count} parts are beyond their card at {width}");
+            // The long name ends in an ellipsis, so that all of the top is on one line.
+            let top =
+                page.run("return document.querySelector('.top').clientHeight", json!(null)).await?;
+            ensure!(
+                width < 800 || top.as_u64().is_some_and(|top| top < 75),
+                "the top has {top} pixels at {width}"
+            );
         }
         let mut program = KitClient::online(address.parse()?);
         program.exchange_all(&[[512, 0, 0, 0, 0, 0, 0, 0]]);

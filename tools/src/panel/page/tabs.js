@@ -25,7 +25,7 @@ export class Tabs {
     this.element.setAttribute("aria-label", t("hosts"));
     this.element.replaceChildren(...this.tabs.values());
     setAttribute(this.element, "hidden", !ids.length);
-    setAttribute(this.element, "data-many", hosts.size > FEW);
+    for (const element of [this.element, this.element.parentElement]) setAttribute(element, "data-many", hosts.size > FEW);
   }
 
   tab(id) {
