@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::tx::{Motor, Output};
+use ft_transfer_area::tx::{Counter, Motor, Output};
 use ft_transfer_area_simulator::Machine;
 
 /// How much of a pause between two exchanges certainly was the program's time. They come each 10 ms; in a longer pause
@@ -21,18 +21,21 @@ pub(super) struct Moment {
     duty: [i16; 8],
     /// How far the slide of each motor has gone, in pulses; 0 without one.
     ways: [f64; 4],
+    /// What C1 to C4 have counted.
+    counts: [i16; 4],
 }
 
 impl Moment {
     /// The present one, after `before`.
     pub(super) fn of(machine: &Machine, before: Option<&Self>) -> Self {
         let way = |motor| machine.world().and_then(|world| world.slide(0, motor)).unwrap_or(0.0);
-        let duty = machine.controllers[0].outputs.duty;
+        let controller = &machine.controllers[0];
+        let (duty, counts) = (controller.outputs.duty, controller.counter);
         let at = machine.time();
         let counted = before.map_or(Duration::ZERO, |before| {
             before.counted + at.saturating_sub(before.at).min(COUNTED)
         });
-        Self { at, clock: Instant::now(), counted, duty, ways: Motor::ALL.map(way) }
+        Self { at, clock: Instant::now(), counted, duty, ways: Motor::ALL.map(way), counts }
     }
 
     /// How long it took from an earlier moment to this one.
@@ -66,6 +69,11 @@ impl Moment {
     /// How far the slide of this motor has gone.
     pub(super) fn way(&self, motor: Motor) -> f64 {
         self.ways[motor.index()]
+    }
+
+    /// What this counter has counted.
+    pub(super) fn count(&self, counter: Counter) -> i16 {
+        self.counts[counter.index()]
     }
 
     /// The outputs that are on, as in "O3, O4"; empty when all are off.

@@ -5,9 +5,10 @@
 use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::mem;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::tx::Input;
+use ft_transfer_area::tx::{Counter, Input};
 use ft_transfer_area_simulator::world::{Sensor, World, WorldState};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
@@ -186,6 +187,11 @@ impl<'a> Stage<'a> {
         });
         self.mark = mark;
         done
+    }
+
+    /// Lets the next answer with such a count come late, so that the program misses the counts after it.
+    pub(super) fn be_late(&self, counter: Counter, counts: Range<i16>) {
+        self.txt.log.be_late(counter, counts);
     }
 
     /// Looks at the world.

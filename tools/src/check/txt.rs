@@ -1,16 +1,21 @@
 //! The simulated TXT of a check, and its exchanges.
 
 use std::net::SocketAddr;
+use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
+use ft_transfer_area::tx::Counter;
 use ft_transfer_area_simulator::world::World;
-use ft_transfer_area_simulator::{Machine, SimulatedTxt};
+use ft_transfer_area_simulator::{FaultKind, Machine, SimulatedTxt};
 
 use super::moment::Moment;
 use crate::web;
 
 /// How many exchanges are kept: those of half an hour. A check takes a minute or two.
 const KEPT: usize = 180_000;
+/// By how much a late answer is late.
+const LATE: Duration = Duration::from_millis(60);
 
 /// The exchanges since the start of a check.
 #[derive(Clone, Default)]
@@ -21,20 +26,34 @@ pub(super) struct Kept {
     pub(super) moments: Vec<Moment>,
     /// Whether there is a check.
     is_on: bool,
+    /// The answer with such a count of this counter comes late.
+    late: Option<(Counter, Range<i16>)>,
 }
 
 impl Log {
     /// Keeps the present exchange, during a check. To be called with each one.
-    pub(super) fn keep(&self, machine: &Machine) {
+    pub(super) fn keep(&self, machine: &mut Machine) {
         let mut kept = self.lock();
         if kept.is_on && kept.moments.len() < KEPT {
             let moment = Moment::of(machine, kept.moments.last());
             kept.moments.push(moment);
+            let is_late = |(counter, counts): &(Counter, Range<i16>)| {
+                counts.contains(&moment.count(*counter))
+            };
+            if kept.late.as_ref().is_some_and(is_late) {
+                kept.late = None;
+                machine.disturb(FaultKind::Delay(LATE));
+            }
         }
     }
 
     pub(super) fn begin(&self, is_on: bool) {
-        *self.lock() = Kept { moments: Vec::new(), is_on };
+        *self.lock() = Kept { is_on, ..Kept::default() };
+    }
+
+    /// Lets the next answer with such a count come late, as on a real network, so that the program misses counts.
+    pub(super) fn be_late(&self, counter: Counter, counts: Range<i16>) {
+        self.lock().late = Some((counter, counts));
     }
 
     pub(super) fn len(&self) -> usize {

@@ -81,6 +81,7 @@ pub(crate) fn end_switch(handler: &TransferAreaComHandler, mistake: &str) -> Res
 pub(crate) fn counter(handler: &TransferAreaComHandler, mistake: &str) -> Result<(), Error> {
     let pressed = |areas: &[FishX1Transfer]| areas[LOCAL_IO].input.uni[0] != 0;
     let arrived = |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_cnt_count(Counter::C1) >= 100;
+    let is_100 = |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_cnt_count(Counter::C1) == 100;
     let turn = |direction| {
         handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction)
     };
@@ -105,6 +106,7 @@ pub(crate) fn counter(handler: &TransferAreaComHandler, mistake: &str) -> Result
         match mistake {
             "by_time" => seconds(1.0),
             "no_stop" => seconds(60.0),
+            "exactly" => drop(handler.areas().wait_until(is_100, LIMIT)?),
             _ => drop(handler.areas().wait_until(arrived, LIMIT)?),
         }
         turn(Direction::Halt)?;
@@ -134,7 +136,9 @@ pub(crate) fn distance(handler: &TransferAreaComHandler, mistake: &str) -> Resul
             continue;
         }
         handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, LIMIT)?;
-        handler.areas().wait_motor_ex(LOCAL_IO, Motor::M2, LIMIT)?;
+        if mistake != "only_m1" {
+            handler.areas().wait_motor_ex(LOCAL_IO, Motor::M2, LIMIT)?;
+        }
         if mistake == "no_return" {
             break;
         }

@@ -1,13 +1,14 @@
 //! Lesson 5: each press of I1 lowers the load by 100 pulses of C1.
 
+use std::cell::Cell;
 use std::time::Duration;
 
-use ft_transfer_area::tx::{Input::I1, Motor::M1};
+use ft_transfer_area::tx::{Counter::C1, Input::I1, Motor::M1};
 
 use super::A_WHILE;
 use crate::check::moment::Moment;
 use crate::check::stage::Stage;
-use crate::check::words::{Check, Wrong};
+use crate::check::words::{Check, Words, Wrong};
 
 /// The motor gives about 63 pulses in a second.
 const MOST: f64 = 140.0;
@@ -43,9 +44,21 @@ pub(in crate::check) fn check(stage: &mut Stage) -> Check {
 /// Presses the button, and judges how far the load went.
 fn lower(stage: &mut Stage, is_first: bool) -> Check {
     let from = stage.log().last().map_or(0.0, |now| now.way(M1));
+    // The program does not see 100 itself.
+    stage.be_late(C1, 98..100);
     stage.tap(I1)?;
     stage.soon(|now| now.motor(M1) != 0, |_| no_turn(is_first))?;
-    stage.within(LIMIT, |now| now.motor(M1) == 0, endless)?;
+    let (before, skips) = (Cell::new(None), Cell::new(None));
+    let stops = |now: &Moment| {
+        let count = now.count(C1);
+        if let Some(before) =
+            before.replace(Some(count)).filter(|before| *before < 100 && count > 100)
+        {
+            skips.set(Some((before, count)));
+        }
+        now.motor(M1) == 0
+    };
+    stage.within(LIMIT, stops, |now| endless(now, skips.get()))?;
     // Until it has come to rest.
     stage.stays(
         A_WHILE,
@@ -117,13 +130,26 @@ fn not_100(went: f64) -> Wrong {
     )
 }
 
-fn endless(now: &Moment) -> Wrong {
+/// It does not stop. `skips` has the count before 100 and the next one, if it was never 100.
+fn endless(now: &Moment, skips: Option<(i16, i16)>) -> Wrong {
     let way = now.way(M1);
-    Wrong::new(
+    let wrong = Wrong::new(
         format!("The winch does not stop: the load is already {way:.0} pulses down."),
         format!("Die Winde hält nicht an: Die Last ist schon {way:.0} Impulse unten."),
-    )
-    .hint(
+    );
+    if let Some((before, after)) = skips {
+        return wrong.advise(Words::new(
+            format!(
+                "the program saw {before} pulses and then {after}, never 100. Wait for 100 or more: \
+                 get_in_cnt_count(C1) >= 100. After that, set M1 to Direction::Halt."
+            ),
+            format!(
+                "Das Programm sah {before} Impulse und dann {after}, nie 100. Warte auf 100 oder mehr: \
+                 get_in_cnt_count(C1) >= 100. Setze M1 danach auf Direction::Halt."
+            ),
+        ));
+    }
+    wrong.hint(
         "after the wait, set M1 to Direction::Halt.",
         "Setze M1 nach dem Warten auf Direction::Halt.",
     )

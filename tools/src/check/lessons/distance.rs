@@ -11,6 +11,8 @@ use crate::check::words::{Check, Wrong};
 const PULSES: f64 = 500.0;
 /// How far a wheel runs on when its distance is counted, and how far one may be behind the other on the way.
 const TOLERANCE: f64 = 20.0;
+/// How many pulses a wheel that has arrived may be short of its place. One that was not waited for is short of more.
+const SHORT: f64 = 1.5;
 /// Ahead and back take about eight seconds.
 const LIMIT: Duration = Duration::from_secs(40);
 
@@ -99,7 +101,25 @@ fn ways(log: &[Moment], first: &Moment, last: &Moment, has_ended: bool) -> Check
             "Der Rückweg ist derselbe Befehl mit Direction::Ccw für beide, und noch ein wait_motor_ex.",
         ));
     }
+    // A wheel whose command the end of the program has cut short.
+    for motor in [M1, M2] {
+        let left = last.way(motor) - first.way(motor);
+        if left > SHORT {
+            return Err(too_short_back(motor, PULSES - left));
+        }
+    }
     Ok(())
+}
+
+fn too_short_back(motor: Motor, way: f64) -> Wrong {
+    Wrong::new(
+        format!("{motor} drove only {way:.0} of 500 pulses back."),
+        format!("{motor} fuhr nur {way:.0} von 500 Impulsen zurück."),
+    )
+    .hint(
+        "each wheel arrives by itself. Wait for M1 and for M2 before the end of the program, too.",
+        "Jedes Rad kommt für sich an. Warte auch vor dem Ende des Programms auf M1 und auf M2.",
+    )
 }
 
 fn too_short(motor: Motor, way: f64, has_ended: bool) -> Wrong {
@@ -135,4 +155,64 @@ fn straight(log: &[Moment], first: &Moment) -> Check {
         "M2 läuft etwas schwerer. Der Controller hält beide zusammen, wenn es ein einziger Befehl ist: für M1, \
          mit M2 als Mitläufer.",
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use ft_transfer_area::tx::Motor;
+    use ft_transfer_area::wire::ExchangeData;
+    use ft_transfer_area_simulator::Machine;
+
+    use super::*;
+    use crate::check::lesson::Lesson;
+    use crate::check::words::Language;
+
+    /// What is wrong with a journey that waits for these motors on the way there and back.
+    fn judged(waits: [&[Motor]; 2]) -> Option<String> {
+        let world = Lesson::find("6").unwrap().read_world().unwrap();
+        let mut machine = Machine::with_world(0, world).unwrap();
+        let mut log = vec![Moment::of(&machine, None)];
+        let mut step = |machine: &mut Machine| {
+            machine.step(Duration::from_millis(10));
+            log.push(Moment::of(machine, log.last()));
+        };
+        for (id, waits) in (1..).zip(waits) {
+            let duty =
+                if id == 1 { [512, 0, 512, 0, 0, 0, 0, 0] } else { [0, 512, 0, 512, 0, 0, 0, 0] };
+            let (master, distance, motor_command_id) =
+                ([0, 1, 0, 0], [500, 500, 0, 0], [id, id, 0, 0]);
+            machine.set_outputs(
+                0,
+                ExchangeData {
+                    duty,
+                    master,
+                    distance,
+                    motor_command_id,
+                    ..ExchangeData::default()
+                },
+            );
+            let is_done = |machine: &Machine| {
+                let done = machine.report(0).unwrap().motor_command_id;
+                waits.iter().all(|motor| done[motor.index()] == id)
+            };
+            while !is_done(&machine) {
+                step(&mut machine);
+            }
+        }
+        machine.set_outputs(0, ExchangeData::default());
+        step(&mut machine);
+        let wrong = ways(&log, &log[0], log.last().unwrap(), true).err()?;
+        wrong.text(Language::En).lines().next().map(str::to_owned)
+    }
+
+    #[test]
+    fn each_wheel_has_to_be_waited_for_both_ways() {
+        assert_eq!(judged([&[M1, M2], &[M1, M2]]), None);
+        let ahead = judged([&[M1], &[M1]]);
+        assert_eq!(ahead.as_deref(), Some("M2 drove only 497 of 500 pulses ahead."));
+        let back = judged([&[M1, M2], &[M1]]);
+        assert_eq!(back.as_deref(), Some("M2 drove only 497 of 500 pulses back."));
+    }
 }
