@@ -7,8 +7,9 @@ use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area_simulator::world::{
-    AxisSwitch, Belt, Board, Contact, Ejector, Factory, Grip, Gripper, I2cDevice, MotorModel,
-    Piece, Place, Plug, Remote, Script, ScriptEvent, SeenBy, Sensor, Slide, Travel, World,
+    AxisSwitch, Belt, Board, Contact, Ejector, Factory, Grip, Gripper, I2cDevice, LampColour,
+    MotorModel, Piece, Place, Plug, Remote, Script, ScriptEvent, SeenBy, Sensor, Slide, Travel,
+    World,
 };
 use ft_transfer_area_simulator::Error;
 use ft_transfer_area_simulator::Machine;
@@ -196,6 +197,11 @@ fn board(input: &mut Unstructured) -> Result<Board> {
     }
     for _ in 0..input.int_in_range(0..=3)? {
         board.lamps.insert(*input.choose(&Output::ALL)?);
+        if input.arbitrary()? {
+            board
+                .lamp_colours
+                .insert(*input.choose(&Output::ALL)?, *input.choose(&LampColour::ALL)?);
+        }
     }
     Ok(board)
 }

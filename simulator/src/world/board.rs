@@ -7,6 +7,7 @@ use ft_transfer_area::tx::{Input, Motor, Output};
 use toml::de::DeValue;
 
 use super::input;
+use super::lamp::LampColour;
 use super::mistake::{at, expect, Checked};
 use super::motor_model::MotorModel;
 use super::read::{list, map, terminal, terminal_value, Keys, Read};
@@ -19,7 +20,7 @@ use crate::machine::motor::Pulses;
 const BOARD: &str = "expected a table, as in [master]";
 const INPUTS: &str = "expected a table, as in [master.inputs]";
 const MOTORS: &str = "expected a table, as in [master.motors.M1]";
-const LAMPS: &str = "expected a list, as in lamps = [\"O7\"]";
+const LAMPS: &str = "expected a list, as in lamps = [\"O7\"], or a table with colours";
 
 /// What is plugged into one controller.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -31,6 +32,8 @@ pub struct Board {
     pub motors: BTreeMap<Motor, MotorModel>,
     /// The lamps, on terminals that no motor uses.
     pub lamps: BTreeSet<Output>,
+    /// The colours of lamps, for pages; a lamp without one is like a bulb.
+    pub lamp_colours: BTreeMap<Output, LampColour>,
 }
 
 impl Board {
@@ -52,6 +55,12 @@ impl Board {
         self
     }
 
+    /// Plugs a lamp with a coloured cap into this output, which must not be a terminal of a motor.
+    pub fn coloured_lamp(mut self, output: Output, colour: LampColour) -> Self {
+        self.lamp_colours.insert(output, colour);
+        self.lamp(output)
+    }
+
     pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
         let keys = Keys::of(value, BOARD, &["inputs", "motors", "lamps"])?;
         let inputs = |value: &DeValue<'_>| {
@@ -60,11 +69,12 @@ impl Board {
         let motors = |value: &DeValue<'_>| {
             map(value, MOTORS, |name| terminal(&Motor::ALL, name), MotorModel::read)
         };
-        let lamps = list(LAMPS, terminal_value(&Output::ALL));
+        let (lamps, lamp_colours) = keys.optional("lamps", read_lamps)?.unwrap_or_default();
         Ok(Self {
             inputs: keys.optional("inputs", inputs)?.unwrap_or_default(),
             motors: keys.optional("motors", motors)?.unwrap_or_default(),
-            lamps: keys.optional("lamps", lamps)?.unwrap_or_default().into_iter().collect(),
+            lamps,
+            lamp_colours,
         })
     }
 
@@ -80,8 +90,22 @@ impl Board {
             let reason = || format!("{lamp} is a terminal of the motor on {motor}");
             at("lamps", at(lamp, expect(!self.motors.contains_key(&motor), reason)))?;
         }
+        for lamp in self.lamp_colours.keys() {
+            let reason = || format!("there is no lamp on {lamp}");
+            at("lamps", at(lamp, expect(self.lamps.contains(lamp), reason)))?;
+        }
         Ok(())
     }
+}
+
+/// A list of lamps, or a table of them with their colours.
+fn read_lamps(value: &DeValue<'_>) -> Read<(BTreeSet<Output>, BTreeMap<Output, LampColour>)> {
+    if value.as_table().is_none() {
+        let lamps = list(LAMPS, terminal_value(&Output::ALL))(value)?;
+        return Ok((lamps.into_iter().collect(), BTreeMap::new()));
+    }
+    let colours = map(value, LAMPS, |name| terminal(&Output::ALL, name), LampColour::read)?;
+    Ok((colours.keys().copied().collect(), colours))
 }
 
 /// What is plugged into one controller, and its present state.

@@ -315,6 +315,8 @@ mod tests {
             ("master.motors.M1.slide.travel.cm = 5", 1, "there are pulses, mm"),
             ("master.lamps = [\"M1\"]", 1, "master.lamps.0: there is no \"M1\" here; there are O1"),
             ("master.lamps = [1]", 1, "expected a name, as in \"O1\""),
+            ("master.lamps.O1 = \"pink\"", 1, "expected one of \"red\", \"yellow\""),
+            ("master.lamps = \"O1\"", 1, "or a table with colours"),
         ] {
             let (found, reason) = mistake(text);
             assert!(reason.contains(expected), "{text}\n{found}: {reason}");

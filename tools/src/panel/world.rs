@@ -71,6 +71,8 @@ struct MotorReport {
 struct LampReport {
     output: usize,
     glow: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    colour: Option<&'static str>,
 }
 
 impl Simulated {
@@ -302,7 +304,8 @@ fn board_report(state: &WorldState, index: usize, board: &Board, alive: bool) ->
     };
     let lamp = |output: Output| {
         let glow = state.lamp(index, output)?;
-        Some(LampReport { output: output.index(), glow })
+        let colour = board.lamp_colours.get(&output).map(|colour| colour.name());
+        Some(LampReport { output: output.index(), glow, colour })
     };
     BoardReport {
         alive,

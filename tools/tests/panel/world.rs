@@ -79,7 +79,7 @@ fn an_extension_is_unplugged_and_plugged_in_again() {
 /// A short slide, and a lamp.
 const WORLD: &str = r#"
 [master]
-lamps = ["O7"]
+lamps = { O7 = "green" }
 [master.inputs]
 I5 = { switch = {} }
 [master.motors.M3]
@@ -106,7 +106,8 @@ fn the_slide_of_a_file_moves_to_its_switch_and_lamps_glow() {
     // A pair with a lamp is two outputs from the start.
     page.done(json!({"do": "output", "output": 6, "duty": 256}));
     page.state(0, |state| {
-        state["world"]["boards"][0]["lamps"][0] == json!({"output": 6, "glow": 0.5})
+        state["world"]["boards"][0]["lamps"][0]
+            == json!({"output": 6, "glow": 0.5, "colour": "green"})
     });
 }
 

@@ -86,12 +86,14 @@ export class MotorView {
 }
 
 export class LampView {
-  constructor({ output }, names) {
+  constructor({ output, colour }, names) {
     const terminal = `O${output + 1}`;
     this.name = names.full(terminal);
-    this.bulb = svg("svg", { class: "bulb", viewBox: "-32 -32 64 64", role: "img" },
-      svg("radialGradient", { id: "halo" }, svg("stop", { class: "halo-stop", offset: 0.4, "stop-opacity": 0.55 }), svg("stop", { class: "halo-stop", offset: 1, "stop-opacity": 0 })),
-      svg("circle", { class: "halo", r: 31 }), svg("circle", { class: "glass", r: 15 }), svg("circle", { class: "light", r: 15 }),
+    // Those of one colour share it.
+    const halo = `halo-${colour ?? "bulb"}`;
+    this.bulb = svg("svg", { class: "bulb", "data-colour": colour, viewBox: "-32 -32 64 64", role: "img" },
+      svg("radialGradient", { id: halo }, svg("stop", { class: "halo-stop", offset: 0.4, "stop-opacity": 0.55 }), svg("stop", { class: "halo-stop", offset: 1, "stop-opacity": 0 })),
+      svg("circle", { class: "halo", r: 31, fill: `url(#${halo})` }), svg("circle", { class: "glass", r: 15 }), svg("circle", { class: "light", r: 15 }),
       // The sign of a lamp in a circuit diagram. A filament looks like an M, and so like a motor.
       svg("path", { class: "wire-in", d: "M-10.6 -10.6L10.6 10.6M10.6 -10.6L-10.6 10.6" }));
     this.element = h("li", { class: "lamp" }, this.bulb, h("span", { class: "label" }, terminal), names.small(terminal));

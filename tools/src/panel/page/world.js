@@ -180,7 +180,7 @@ export class World {
     const board = state.world?.boards[area];
     if (!board) return "";
     return JSON.stringify([board.inputs.map(({ input, kind, min, max, moved_by, place }) => [input, kind, min, max, moved_by, place]),
-      board.motors.map(({ motor, slide }) => [motor, slide === null]), board.lamps.map(({ output }) => output), state.world.remotes.map(({ dip1, dip2 }) => [dip1, dip2])]);
+      board.motors.map(({ motor, slide }) => [motor, slide === null]), board.lamps.map(({ output, colour }) => [output, colour]), state.world.remotes.map(({ dip1, dip2 }) => [dip1, dip2])]);
   }
 
   update(state, may) {
