@@ -11,9 +11,9 @@ const TIMES = 34;
 const DAY_TIMES = 16;
 // Numbers of marks that are nearer than this would cover each other.
 const NUMBERS = 16;
-/** The room for the numbers on the left, and the one on the right. */
+/** The room for the numbers on the left, and the one on the right, for half of the last time of day. */
 export const LEFT = 56;
-export const RIGHT = 14;
+export const RIGHT = 32;
 /** How many pixels are one step of a line. */
 const STEP = 1.5;
 // The smallest range that fills the height, so that noise looks like noise.

@@ -14,6 +14,7 @@ const WORDS = {
     inUse: "perhaps in use by another program", panel: "Panel", panelOf: "Panel: {name}", again: "Search again", other: "Other address",
     simulated: "Without a controller", simulatedNote: "A simulated TXT with a machine: drive it here, or start it for your program.",
     world: "Machine", drive: "Drive", program: "For my program", lessons: "Lessons",
+    "this machine": "this computer", network: "network",
     starting: "Starting …", over: "txt has ended. You can close this page.", noToken: "This address has no token. Open the address that txt prints.",
     "of-panel": "Panel: {name}", "of-world": "Panel: simulated, {name}", "of-simulate": "Simulated: {name}", "of-lesson": "Lesson {name}",
   },
@@ -24,6 +25,7 @@ const WORDS = {
     inUse: "vielleicht von einem anderen Programm benutzt", panel: "Panel", panelOf: "Panel: {name}", again: "Noch einmal suchen", other: "Andere Adresse",
     simulated: "Ohne Controller", simulatedNote: "Ein simulierter TXT mit einer Maschine: hier steuern, oder für dein Programm starten.",
     world: "Maschine", drive: "Steuern", program: "Für mein Programm", lessons: "Lektionen",
+    "this machine": "dieser Computer", network: "Netz", "Wi-Fi": "WLAN",
     starting: "Startet …", over: "txt ist beendet. Du kannst diese Seite schließen.", noToken: "In dieser Adresse fehlt das Token. Öffne die Adresse, die txt ausgibt.",
     "of-panel": "Panel: {name}", "of-world": "Panel: simuliert, {name}", "of-simulate": "Simuliert: {name}", "of-lesson": "Lektion {name}",
   },
@@ -37,6 +39,9 @@ let shown = "";
 let said = "";
 
 const w = (key, values = {}) => WORDS[language][key].replace(/\{(\w+)\}/g, (_, name) => values[name]);
+
+/** How a controller is reached, in the words of `txt find`. */
+const wayWord = (way) => WORDS[language][way] ?? way;
 
 function say(text) {
   said = text;
@@ -122,8 +127,8 @@ function showFound() {
   const row = (address, text) => h("li", {}, h("span", {}, address, h("small", {}, ` ${text}`)),
     button(w("panel"), () => open("panel", address), { class: "primary", "aria-label": w("panelOf", { name: address }) }));
   $("found").replaceChildren(
-    ...controllers.map(({ address, name, way, firmware }) => row(address, `${name}, ${way}, ${firmware}`)),
-    ...inUse.map(({ address, way }) => row(address, `${way}, ${w("inUse")}`)));
+    ...controllers.map(({ address, name, way, firmware }) => row(address, `${name}, ${wayWord(way)}, ${firmware}`)),
+    ...inUse.map(({ address, way }) => row(address, `${wayWord(way)}, ${w("inUse")}`)));
   setText($("searched"), found ? (controllers.length + inUse.length ? "" : w("none")) : w("searching"));
   $("again").disabled = !found;
 }
