@@ -1,5 +1,6 @@
 //! The connection of one page.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
@@ -25,20 +26,28 @@ impl Drop for OpenPage {
     }
 }
 
-/// Talks to a page until its connection ends.
-pub(super) async fn serve(socket: WebSocket, panel: Arc<Panel>) {
+/// Talks to a page until its connection ends. One that `is_early` is not whole yet: it gets only what it begins with until
+/// it says something, because more would be in the way of that and of the rest of the page.
+pub(super) async fn serve(socket: WebSocket, panel: Arc<Panel>, is_early: bool) {
     let open = OpenPage { page: panel.enter(), panel };
     let (sink, stream) = socket.split();
     let (answers, waiting) = Answers::channel();
+    let is_whole = AtomicBool::new(!is_early);
     tokio::select! {
-        () = receive(&open, stream, answers) => {}
-        _ = publish(&open, sink, waiting) => {}
+        () = receive(&open, stream, answers, &is_whole) => {}
+        _ = publish(&open, sink, waiting, &is_whole) => {}
     }
 }
 
-async fn receive(open: &OpenPage, mut stream: SplitStream<WebSocket>, answers: Answers) {
+async fn receive(
+    open: &OpenPage,
+    mut stream: SplitStream<WebSocket>,
+    answers: Answers,
+    is_whole: &AtomicBool,
+) {
     let OpenPage { panel, page } = open;
     while let Some(Ok(message)) = stream.next().await {
+        is_whole.store(true, Ordering::Relaxed);
         match message {
             Message::Text(text) => panel.receive(*page, &text, &answers),
             // No page of ours sends bytes. They can't be understood as a text.
@@ -56,21 +65,25 @@ async fn publish(
     open: &OpenPage,
     mut sink: SplitSink<WebSocket, Message>,
     mut waiting: mpsc::Receiver<String>,
+    is_whole: &AtomicBool,
 ) -> Result<(), axum::Error> {
     let OpenPage { panel, page } = open;
     sink.send(text(panel.hello(*page))).await?;
     let mut ticks = time::interval(STATE_PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut tick = 0_usize;
+    let mut begun = vec![false; panel.hosts.len()];
     loop {
         tokio::select! {
             Some(answer) = waiting.recv() => sink.send(text(answer)).await?,
             _ = ticks.tick() => {
-                for host in 0..panel.hosts.len() {
-                    if !panel.is_due(host, *page, tick) {
+                for (host, has_begun) in begun.iter_mut().enumerate() {
+                    let may_come = !*has_begun || is_whole.load(Ordering::Relaxed);
+                    if !may_come || !panel.is_due(host, *page, tick) {
                         continue;
                     }
                     if let Some(state) = panel.state(host, *page) {
+                        *has_begun = true;
                         sink.feed(text(state)).await?;
                     }
                 }

@@ -17,11 +17,17 @@ const DOCUMENT: &str = include_str!("page/index.html");
 const LESSON_DOCUMENT: &str = include_str!("page/lesson.html");
 const LESSON_STYLE: &str = include_str!("page/lesson.css");
 const STYLE: &str = include_str!("page/panel.css");
-const EARLY: &str = concat!(include_str!("page/token.js"), include_str!("page/early.js"));
+const EARLY: &str = include_str!("page/early.js");
+/// It comes before the rest of a lesson, too.
+const SOCKET: &str = concat!(include_str!("page/token.js"), include_str!("page/socket.js"));
 /// Where the state of a lesson comes.
 const STATE: &str = "<!--state-->";
 /// It comes before all others, and works without them.
-const STOP: &str = concat!(include_str!("page/token.js"), include_str!("page/stop.js"));
+const STOP: &str = concat!(
+    include_str!("page/token.js"),
+    include_str!("page/stop.js"),
+    include_str!("page/socket.js")
+);
 pub(super) const ICON: &str = include_str!("page/icon.svg");
 
 macro_rules! modules {
@@ -128,7 +134,9 @@ impl Page {
         let link = "<script type=\"module\" src=\"lesson.js\"></script>";
         let script = put(&mut html, link, "script type=\"module\"", &script(LESSON_MODULES)?)?;
         let early = put(&mut html, "<script src=\"early.js\"></script>", "script", EARLY)?;
-        Self::ready(html, format!("script-src {early} {script}; style-src {style} {own_style}"))
+        let socket = put(&mut html, "<script src=\"socket.js\"></script>", "script", SOCKET)?;
+        let policy = format!("script-src {socket} {early} {script}; style-src {style} {own_style}");
+        Self::ready(html, policy)
     }
 
     fn ready(html: String, policy: String) -> anyhow::Result<Self> {

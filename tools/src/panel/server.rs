@@ -14,6 +14,7 @@ use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
 use axum::{Extension, Json, Router};
+use serde::Deserialize;
 use serde_json::Value;
 use tokio::sync::Semaphore;
 
@@ -212,9 +213,18 @@ fn file(file: &Ready, headers: &HeaderMap) -> Response {
     (kind, file.plain.clone()).into_response()
 }
 
+/// How a page opens its connection.
+#[derive(Deserialize)]
+struct Opening {
+    /// Before it is whole.
+    #[serde(default)]
+    early: bool,
+}
+
 async fn open_page(
     State(server): State<Server>,
     Extension(kept): Extension<Kept>,
+    Query(Opening { early }): Query<Opening>,
     upgrade: WebSocketUpgrade,
     Admitted(panel): Admitted,
 ) -> Result<Response, Refusal> {
@@ -227,7 +237,7 @@ async fn open_page(
         .write_buffer_size(AT_ONCE)
         .max_write_buffer_size(panel.hello(PageId::MAX).len() + TO_SEND_MAX);
     Ok(upgrade.on_upgrade(move |socket| async move {
-        connection::serve(socket, panel).await;
+        connection::serve(socket, panel, early).await;
         drop((place, own_place));
     }))
 }

@@ -1,9 +1,41 @@
-//! How the page comes to a browser: by a file for the one of this computer, by a code for a phone.
+//! How the page comes to a browser: by a file for the one of this computer, by a code for a phone, and over a slow network.
+
+use std::net::TcpStream;
+use std::time::Duration;
+
+use tungstenite::client::IntoClientRequest;
+use tungstenite::{Error, Message};
 
 use super::program::{command, Panel};
-#[cfg(unix)]
 use super::LIMIT;
 use crate::running::Running;
+
+/// A page opens its connection while the rest of it is still on its way: more would be in the way of that.
+#[test]
+fn a_page_that_is_not_whole_gets_its_first_state_and_more_when_it_says_something() {
+    let panel = Panel::start(&[]);
+    panel.page().wait_until_running();
+    let address = format!("ws://{}/ws?token={}&early=true", panel.address, panel.token);
+    let stream = TcpStream::connect(&panel.address).unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
+    let (mut socket, _) =
+        tungstenite::client(address.into_client_request().unwrap(), stream).unwrap();
+    for kind in ["\"hello\"", "\"state\""] {
+        let said = socket.read().unwrap();
+        assert!(said.to_text().unwrap().contains(kind), "{said}");
+    }
+    // States come each 50 ms.
+    socket.get_ref().set_read_timeout(Some(Duration::from_millis(500))).unwrap();
+    let next = socket.read();
+    assert!(matches!(next, Err(Error::Io(_))), "{next:?}");
+
+    socket.get_ref().set_read_timeout(Some(LIMIT)).unwrap();
+    socket.send(Message::text("{\"do\":\"alive\"}")).unwrap();
+    for _ in 0..3 {
+        let said = socket.read().unwrap();
+        assert!(said.to_text().unwrap().contains("\"state\""), "{said}");
+    }
+}
 
 /// A browser that writes down with what it was started.
 #[cfg(unix)]
@@ -12,7 +44,7 @@ fn the_token_is_in_a_file_that_only_the_user_can_read() {
     use std::os::unix::fs::PermissionsExt;
     use std::path::Path;
     use std::time::Instant;
-    use std::{fs, thread, time::Duration};
+    use std::{fs, thread};
 
     let folder = tempfile::tempdir().unwrap();
     let browser = folder.path().join("browser");

@@ -28,10 +28,13 @@ export class Connection {
 
   open() {
     const address = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws?token=${encodeURIComponent(token)}`;
-    const socket = new WebSocket(address);
+    // The first one is of socket.js.
+    const early = window.panelEarly;
+    window.panelEarly = null;
+    const socket = early?.socket ?? new WebSocket(address);
     this.socket = socket;
     this.silent = 0;
-    this.begun = performance.now();
+    this.begun = early?.begun ?? performance.now();
     // For stop.js.
     window.panelSocket = socket;
     socket.addEventListener("message", (event) => {
@@ -40,6 +43,11 @@ export class Connection {
       this.take(JSON.parse(event.data));
     });
     socket.addEventListener("close", () => this.lose(socket));
+    if (!early) return;
+    early.release();
+    for (const data of early.said) this.take(JSON.parse(data));
+    // It was closed before anybody listened.
+    if (socket.readyState > WebSocket.OPEN) this.lose(socket);
   }
 
   /** This connection counts no more. The browser's `close` may come a minute later. */
