@@ -1,16 +1,20 @@
 //! Connections that nobody uses any more do not add up.
 
 use std::io::{Read, Write};
-use std::net::TcpListener;
+use std::net::{TcpListener, TcpStream};
 use std::process::{Command, Stdio};
 use std::thread;
+use std::time::Duration;
 
-use ft_transfer_area::wire::{CommandId, ResponseId, StartOnline};
-use ft_transfer_area::{I2cClient, TimeLimits};
+use ft_transfer_area::wire::{
+    CommandId, I2cRequestHeader, I2cResponseHeader, ResponseId, StartOnline,
+};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use super::support::{accept, command, connect, listener, listening, KitClient, Watch};
 use crate::running::Running;
+
+const LONGER_THAN_THE_TEST: Duration = Duration::from_secs(600);
 
 #[test]
 fn a_connection_ends_soon_when_its_program_is_gone_and_the_controller_never_ends_it() {
@@ -27,15 +31,15 @@ fn a_connection_ends_soon_when_its_program_is_gone_and_the_controller_never_ends
 
 #[test]
 fn strangers_do_not_end_the_connection_to_i2c_of_a_program_that_drives() {
-    let txt = SimulatedTxt::builder().start().unwrap();
+    // The program sends nothing over that connection while the strangers come.
+    let txt = SimulatedTxt::builder().idle_limit(LONGER_THAN_THE_TEST).start().unwrap();
     txt.with_machine(|machine| machine.i2c_device(0x18)[7] = 99);
     let watch = Watch::start(txt.address(), &["--no-page"]);
     let mut program = KitClient::online(([127, 0, 0, 1], watch.port).into());
-    let host = format!("127.0.0.1:{}", watch.port + 2);
-    let mut i2c = I2cClient::connect(host.as_str(), TimeLimits::default()).unwrap();
-    i2c.read(0x18, 7, &mut [0]).unwrap();
-    // Each one after the 31st ends another one.
     let to = ([127, 0, 0, 1], watch.port + 2).into();
+    let mut i2c = connect(to);
+    assert_eq!(read_i2c(&mut i2c), 99);
+    // Each one after the 31st ends another one.
     let strangers: Vec<_> = (0..34)
         .map(|_| {
             program.exchange([1; 8]);
@@ -46,8 +50,19 @@ fn strangers_do_not_end_the_connection_to_i2c_of_a_program_that_drives() {
         })
         .collect();
     assert!(!matches!((&strangers[1]).read(&mut [0]), Ok(1..)));
-    i2c.read(0x18, 7, &mut [0]).unwrap();
+    assert_eq!(read_i2c(&mut i2c), 99);
     program.end();
+}
+
+/// Reads a register over this connection. An `I2cClient` takes another one after a pause of 4 s.
+fn read_i2c(connection: &mut TcpStream) -> u8 {
+    let mut request = Vec::new();
+    I2cRequestHeader { data_len: 1, device: 0x18, write_len: 1, read_len: 1 }.emit(&mut request);
+    request.push(7);
+    connection.write_all(&request).unwrap();
+    let mut response = [0; I2cResponseHeader::LEN + 1];
+    connection.read_exact(&mut response).unwrap();
+    response[I2cResponseHeader::LEN]
 }
 
 /// Answers StartOnline on the first connection, and keeps all open.
