@@ -6,7 +6,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use super::child::Child;
 use super::controller::{is_on, txt, Controller, IDLE_LIMIT};
-use super::row::{By, Outcome, Row, Seen, Skipped, MARGIN};
+use super::row::{By, Outcome, Row, Seen, Skipped, DEADLINE, MARGIN};
 use super::system::{only_unix, signal, Signal};
 use crate::proxy::fault::{Fault, Strike};
 use crate::proxy::packets::Place;
@@ -79,17 +79,27 @@ fn killed_by(signal: Signal) -> Result<Outcome, Skipped> {
         only_unix("signals")?;
     }
     let controller = Controller::start(txt());
-    let mut child = start(&controller);
+    let struck = kill(&controller, signal);
+    // Wine's server names such sockets when it ends. One that does so once does it for each further program.
+    if cfg!(windows) && !controller.txt.wait_until(|machine| !machine.online(), DEADLINE) {
+        return Err(Skipped("Wine keeps the socket of a program that was killed".to_owned()));
+    }
+    let (by, stopped) = controller.stopped_after(struck);
+    Ok(Outcome { seen: Seen::Nothing, soon: None, by, stopped })
+}
+
+/// Ends a program that drives, and returns when.
+fn kill(controller: &Controller, by: Signal) -> Instant {
+    let mut child = start(controller);
     let struck = Instant::now();
-    match signal {
+    match by {
         // Other systems can do this, too.
         Signal::SIGKILL => child.process.kill().unwrap(),
         signal => send(&child, signal),
     }
     let status = child.process.wait().unwrap();
     assert!(!status.success(), "{status}");
-    let (by, stopped) = controller.stopped_after(struck);
-    Ok(Outcome { seen: Seen::Nothing, soon: None, by, stopped })
+    struck
 }
 
 fn stopped_for_a_moment() -> Result<Outcome, Skipped> {
