@@ -106,7 +106,7 @@ fn piece(places: &[(String, Option<Piece>)], name: &str) -> Option<Piece> {
     places.iter().find(|(place, _)| place == name).expect("there is this place").1
 }
 
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
+#[cfg_attr(windows, ignore = "no Mosquitto is expected there")]
 #[test]
 fn discs_end_in_the_storages_of_their_colours() {
     let Some((said, places)) = drive("sorting_line", "3") else { return };
@@ -116,7 +116,7 @@ fn discs_end_in_the_storages_of_their_colours() {
     }
 }
 
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
+#[cfg_attr(windows, ignore = "no Mosquitto is expected there")]
 #[test]
 fn a_disc_is_burnt_and_sawn_and_leaves_the_processing_station() {
     let Some((said, places)) = drive("processing_station", "1") else { return };
@@ -124,7 +124,7 @@ fn a_disc_is_burnt_and_sawn_and_leaves_the_processing_station() {
     assert_eq!((piece(&places, "oven"), piece(&places, "exit")), (None, Some(Piece::White)));
 }
 
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
+#[cfg_attr(windows, ignore = "no Mosquitto is expected there")]
 #[test]
 fn a_container_comes_out_of_the_warehouse_and_back_to_its_shelf() {
     let Some((said, places)) = drive("high_bay_warehouse", "A1") else { return };
@@ -178,7 +178,7 @@ const STATIONS: [(&str, &str, &str); 4] = [
     ("sorting", "sorting_line", "3"),
 ];
 
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
+#[cfg_attr(windows, ignore = "no Mosquitto is expected there")]
 #[test]
 fn workpieces_go_through_the_whole_factory_and_come_back() {
     let Some(broker) = broker() else { return };
@@ -220,7 +220,6 @@ fn read_tag(tag: &str) -> String {
     said
 }
 
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn the_reader_has_a_tag_of_the_colour_that_is_named_and_keeps_what_is_written() {
     if !compilers() {

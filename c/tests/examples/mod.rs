@@ -20,7 +20,6 @@ fn number_before(said: &str, words: &str) -> i32 {
     number.parse().unwrap_or_else(|_| panic!("{number:?} is not a number"))
 }
 
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn the_gate_opens_and_closes_twice() {
     let Some(run) = run("gate.c") else { return };
@@ -39,7 +38,6 @@ fn the_gate_opens_and_closes_twice() {
     assert!((150..=156).contains(&number_before(&said, " pulses")), "{said}");
 }
 
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn the_slide_goes_to_its_end_and_600_pulses_back() {
     let Some(run) = run("pc_slide.c") else { return };
@@ -53,7 +51,6 @@ fn the_slide_goes_to_its_end_and_600_pulses_back() {
     assert!((600..=606).contains(&number_before(&said, " pulses back")), "{said}");
 }
 
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn the_motor_follows_the_button_in_the_callback() {
     let Some(run) = run("txt_button.cpp") else { return };
@@ -71,7 +68,6 @@ fn the_motor_follows_the_button_in_the_callback() {
     assert!(late.count() < seen.len() / 10);
 }
 
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn the_kits_loop_drives_the_master_and_an_extension() {
     let Some(run) = run("kit_loop.cpp") else { return };
@@ -86,7 +82,6 @@ fn the_kits_loop_drives_the_master_and_an_extension() {
     }
 }
 
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn the_kits_callbacks_turn_two_motors_together() {
     let Some(run) = run("kit_callbacks.cpp") else { return };
@@ -104,7 +99,6 @@ fn the_kits_callbacks_turn_two_motors_together() {
 }
 
 /// As in the documents: `tx_run` has a simulated TXT of its own.
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn samples_run_on_a_simulated_txt_of_tx_run() {
     if !compilers() {

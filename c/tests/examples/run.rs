@@ -37,8 +37,8 @@ pub(crate) fn compilers() -> bool {
     let missing: Vec<&str> = ["cc", "c++"]
         .into_iter()
         .filter(|compiler| {
-            let run = Command::new(compiler).arg("--version").output();
-            !run.is_ok_and(|output| output.status.success())
+            let zig = if *compiler == "cc" { "zig cc" } else { "zig c++" };
+            !crate::compilers_of(&[compiler], zig).into_iter().any(crate::is_here)
         })
         .collect();
     if !missing.is_empty() {

@@ -39,19 +39,19 @@ impl Language {
     }
 }
 
-const PROGRAMS: [(&str, Language); 4] = [
-    ("gcc", Language::C),
-    ("clang", Language::C),
-    ("g++", Language::Cpp),
-    ("clang++", Language::Cpp),
-];
+/// What is tried for each language, and what zig is called for it.
+const PROGRAMS: [(Language, [&str; 2], &str); 2] =
+    [(Language::C, ["gcc", "clang"], "zig cc"), (Language::Cpp, ["g++", "clang++"], "zig c++")];
 
 /// All compilers that are here.
 pub(crate) fn all() -> &'static [Compiler] {
     static COMPILERS: OnceLock<Vec<Compiler>> = OnceLock::new();
     COMPILERS.get_or_init(|| {
-        let found = PROGRAMS.into_iter().filter_map(|(program, language)| find(program, language));
-        let found: Vec<_> = found.collect();
+        let mut found = Vec::new();
+        for (language, programs, zig) in PROGRAMS {
+            let programs = crate::compilers_of(&programs, zig).into_iter();
+            found.extend(programs.filter_map(|program| find(program, language)));
+        }
         if found.is_empty() {
             crate::miss_compilers("C compiler");
         }
@@ -92,7 +92,7 @@ fn find(program: &'static str, language: Language) -> Option<Compiler> {
 
 impl Compiler {
     pub(crate) fn command(&self) -> Command {
-        let mut command = Command::new(self.program);
+        let mut command = crate::compiler(self.program);
         // Messages in English, as the tests search them.
         command.env("LC_ALL", "C");
         command
@@ -108,7 +108,8 @@ impl Compiler {
         let file = write(source, self.language);
         let mut command = self.command();
         command.arg(format!("-std={standard}"));
-        command.args(["-pedantic", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]);
+        command.args(["-pedantic", "-Wall", "-Wextra", "-Werror"]);
+        crate::check_only(&mut command, &file);
         let said = run(command.args(includes()).args(options).arg(&file))?;
         said.status.success().then_some(()).ok_or_else(|| {
             let text = String::from_utf8_lossy(&said.stderr);

@@ -14,7 +14,6 @@ mod ta;
 
 use ta::{DisplayFrame, HookTable, PgmInfo, Ta, TaDisplay, TaState};
 
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn with_32_bit_pointers_fields_lie_as_on_the_tx() {
     let mut text = "#include <stddef.h>\n#include \"ROBO_TX_FW.h\"\n".to_owned();
@@ -61,7 +60,6 @@ macro_rules! claims {
     };
 }
 
-#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn with_pointers_of_this_machine_fields_lie_as_in_the_library() {
     let mut text = "#include <stddef.h>\n#include \"ROBO_TX_FW.h\"\n".to_owned();

@@ -48,6 +48,7 @@ fn callbacks_of_each_form_are_called_once_per_change_and_write_outputs() {
     }
 }
 
+#[cfg_attr(windows, ignore = "Windows has no signals")]
 #[test]
 fn a_signal_ends_the_transfer_and_then_the_program() {
     let txt = simulated().start().unwrap();

@@ -70,6 +70,7 @@ fn the_simple_exchange_does_the_same_for_the_master() {
     wait_offline(&txt);
 }
 
+#[cfg_attr(windows, ignore = "Windows has no signals")]
 #[test]
 fn a_signal_ends_the_transfer_and_then_the_program() {
     let (txt, last_duty) = txt_and_last_duty();

@@ -1,9 +1,8 @@
 //! Compilers, and programs that run.
 
 use std::io::{BufRead, BufReader, Read};
-use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{channel, Receiver};
 use std::sync::OnceLock;
 use std::thread;
@@ -19,8 +18,8 @@ pub(crate) const DEADLINE: Duration = Duration::from_secs(30);
 pub(crate) fn compilers() -> &'static [&'static str] {
     static COMPILERS: OnceLock<Vec<&str>> = OnceLock::new();
     COMPILERS.get_or_init(|| {
-        let is_here = |name: &&str| Command::new(name).arg("--version").output().is_ok();
-        let here: Vec<_> = ["g++", "clang++"].into_iter().filter(is_here).collect();
+        let mut here = crate::compilers_of(&["g++", "clang++"], "zig c++");
+        here.retain(|name| crate::is_here(name));
         if here.is_empty() {
             crate::miss_compilers("g++ or clang++");
         }
@@ -43,17 +42,26 @@ pub(crate) fn compile(folder: &str, standard: &str, source: &str, name: &str) ->
     let compiler = compilers().first()?;
     let build = Path::new(env!("CARGO_TARGET_TMPDIR")).join("kits");
     std::fs::create_dir_all(&build).unwrap();
-    let (file, program) = (build.join(format!("{name}.cpp")), build.join(name));
+    let (file, mut program) = (build.join(format!("{name}.cpp")), build.join(name));
+    program.set_extension(std::env::consts::EXE_EXTENSION);
     std::fs::write(&file, source).unwrap();
-    let mut command = Command::new(compiler);
+    let mut command = crate::compiler(compiler);
     command.arg(format!("-std={standard}")).args(["-Wall", "-Wextra", "-Werror", "-pthread"]);
     command.arg("-I").arg(include(folder)).arg("-I").arg(include("kit/Common"));
-    command.arg("-I").arg(include("posix"));
+    if cfg!(unix) {
+        command.arg("-I").arg(include("posix"));
+    }
     // For sanitizers: KITS_CXXFLAGS="-g -fsanitize=address,undefined".
     let options = std::env::var("KITS_CXXFLAGS").unwrap_or_default();
     command.args(options.split_whitespace());
-    command.arg(&file).arg("-o").arg(&program).arg("-L").arg(library()).arg("-lftMscLib");
-    let output = command.arg(format!("-Wl,-rpath,{}", library().display())).output().unwrap();
+    command.arg(&file).arg("-o").arg(&program);
+    if cfg!(unix) {
+        command.arg("-L").arg(library()).arg("-lftMscLib");
+        command.arg(format!("-Wl,-rpath,{}", library().display()));
+    } else {
+        command.arg(library().join("ftMscLib.dll"));
+    }
+    let output = command.output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     Some(program)
 }
@@ -65,8 +73,8 @@ pub(crate) struct Running {
     lines: Receiver<String>,
 }
 
-/// The signals that ask a program to end.
-pub(crate) const SIGNALS: [i32; 3] = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP];
+/// The signals that ask a program to end: SIGINT, SIGTERM, SIGHUP.
+pub(crate) const SIGNALS: [i32; 3] = [libc::SIGINT, libc::SIGTERM, 1];
 
 /// How a program has ended.
 pub(crate) struct Ended {
@@ -83,7 +91,19 @@ pub(crate) fn command(program: &Path, host: &str) -> Command {
     let mut command = Command::new(program);
     // Where tests run the second one leads to a library that may be older.
     command.env("FT_TXT_HOST", host).env_remove("FT_TXT_LOG").env_remove("LD_LIBRARY_PATH");
+    if cfg!(windows) {
+        // Where it finds the library.
+        command.env("PATH", library());
+    }
     command
+}
+
+/// The signal that has ended a program.
+fn signal_of(status: ExitStatus) -> Option<i32> {
+    #[cfg(unix)]
+    return std::os::unix::process::ExitStatusExt::signal(&status);
+    #[cfg(not(unix))]
+    return None.filter(|_: &i32| status.success());
 }
 
 impl Running {
@@ -142,9 +162,15 @@ impl Running {
     }
 
     /// Sends it a signal.
+    #[cfg(unix)]
     pub(crate) fn signal(&self, signal: i32) {
         // SAFETY: a call without pointers, for a child that was not waited for.
         assert_eq!(unsafe { libc::kill(self.child.id() as libc::pid_t, signal) }, 0);
+    }
+
+    #[cfg(not(unix))]
+    pub(crate) fn signal(&self, signal: i32) {
+        panic!("there is no signal {signal} here");
     }
 
     /// Its number.
@@ -171,7 +197,7 @@ impl Running {
         };
         let out = self.lines.iter().map(|line| line + "\n").collect();
         let err = self.errors();
-        Ended { code: status.code(), signal: status.signal(), out, err }
+        Ended { code: status.code(), signal: signal_of(status), out, err }
     }
 }
 

@@ -1,15 +1,19 @@
 //! C programs as users run them: through `tx_run`, against the simulated TXT of the test.
 
-#![cfg(unix)]
-
 mod bad_input;
+#[cfg(unix)]
 mod cache;
 mod ends;
 mod hooks;
+#[cfg(unix)]
 mod large;
 mod machine;
+#[cfg(unix)]
+mod signals;
 mod sources;
 mod support;
+#[cfg(unix)]
 mod terminal;
 mod tics;
+#[cfg(unix)]
 mod unread;

@@ -17,8 +17,7 @@ pub(crate) const LIMIT: Duration = Duration::from_secs(60);
 pub(crate) fn has_compiler() -> bool {
     static FOUND: OnceLock<bool> = OnceLock::new();
     let found = *FOUND.get_or_init(|| {
-        let starts = |name| Command::new(name).arg("--version").output().is_ok();
-        ["cc", "gcc", "clang"].into_iter().any(starts)
+        crate::compilers_of(&["cc", "gcc", "clang"], "zig cc").into_iter().any(crate::is_here)
     });
     if !found {
         crate::miss_compilers("C compiler");
@@ -38,6 +37,7 @@ pub(crate) fn wait_for(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Ma
 }
 
 /// Polls for a condition that wakes no thread when it becomes true.
+#[cfg(unix)]
 #[track_caller]
 pub(crate) fn wait_until(what: &str, condition: impl Fn() -> bool) {
     let deadline = Instant::now() + LIMIT;
@@ -48,6 +48,7 @@ pub(crate) fn wait_until(what: &str, condition: impl Fn() -> bool) {
 }
 
 /// Whether a process has ended, and perhaps nobody has asked for its end.
+#[cfg(unix)]
 pub(crate) fn has_ended(process: i32) -> bool {
     match fs::read_to_string(format!("/proc/{process}/stat")) {
         Ok(stat) => stat.contains(") Z "),
@@ -63,13 +64,17 @@ pub(crate) fn write(folder: &Path, name: &str, text: &str) {
     fs::write(path, text).unwrap();
 }
 
+#[cfg(unix)]
 pub(crate) fn make_pipe(path: &Path) {
     assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
 }
 
 /// A program of the folder `programs`.
 pub(crate) fn program(name: &str) -> PathBuf {
-    [env!("CARGO_MANIFEST_DIR"), "tests", "tx_run", "programs", name].iter().collect()
+    let path: PathBuf =
+        [env!("CARGO_MANIFEST_DIR"), "tests", "tx_run", "programs", name].iter().collect();
+    // Under Wine it has no drive, and some tests run in a folder on another one.
+    std::path::absolute(path).unwrap()
 }
 
 /// How a run has ended.
@@ -117,6 +122,7 @@ pub(crate) fn cache() -> PathBuf {
 }
 
 /// What is kept in a folder for a cache, without the part of `tx_run` that it adds to programs with `main`.
+#[cfg(unix)]
 pub(crate) fn kept_in(cache: &Path) -> Vec<PathBuf> {
     const OF_TX_RUN: &[u8] = b"__wrap_main";
     let is_of_tx_run = |file: &PathBuf| {
@@ -147,7 +153,8 @@ pub(crate) fn run_with(
 fn read(mut from: impl Read, to: &Mutex<String>) {
     let mut text = Vec::new();
     let _ = from.read_to_end(&mut text);
-    *to.lock().unwrap() = String::from_utf8_lossy(&text).into_owned();
+    // Windows ends lines in another way.
+    *to.lock().unwrap() = String::from_utf8_lossy(&text).replace("\r\n", "\n");
 }
 
 impl Run {
@@ -171,18 +178,21 @@ impl Run {
     }
 
     /// Sends a signal to `tx_run`.
+    #[cfg(unix)]
     pub(crate) fn signal(&self, signal: i32) {
         // SAFETY: a call without pointers, for a child that was not waited for.
         assert_eq!(unsafe { libc::kill(self.child.id() as libc::pid_t, signal) }, 0);
     }
 
     /// Sends a signal to the process group of `tx_run`.
+    #[cfg(unix)]
     pub(crate) fn signal_group(&self, signal: i32) {
         // SAFETY: a call without pointers, for a child that was not waited for.
         assert_eq!(unsafe { libc::kill(-(self.child.id() as libc::pid_t), signal) }, 0);
     }
 
     /// Sends a signal until `tx_run` has ended.
+    #[cfg(unix)]
     #[track_caller]
     pub(crate) fn end_by(mut self, signal: i32) -> Ended {
         let deadline = Instant::now() + LIMIT;

@@ -48,6 +48,6 @@ fn an_input_is_answered_in_the_next_request() {
     let run = run_on(&txt, "echo.c", "");
     // A busy machine makes a program late now and then, but not forever.
     wait_for(&txt, "answers in a row", |_| longest.load(Ordering::Relaxed) >= IN_A_ROW);
-    run.signal(libc::SIGTERM);
+    drop(txt);
     run.end();
 }

@@ -4,8 +4,10 @@
 #include <string.h>
 #include <pthread.h>
 #include <signal.h>
-#include <sys/wait.h>
 #include <unistd.h>
+#ifndef _WIN32
+#include <sys/wait.h>
+#endif
 
 #include <thread>
 
@@ -90,6 +92,7 @@ static int handle_signals()
     return 5;
 }
 
+#ifndef _WIN32
 // A child that tries everything, and ends in its own way.
 static int with_a_child(bool by_exit)
 {
@@ -114,6 +117,7 @@ static int with_a_child(bool by_exit)
     fflush(stdout);
     return 0;
 }
+#endif
 
 static void work()
 {
@@ -376,6 +380,7 @@ static int transfer_without_init(void)
     return 0;
 }
 
+#ifndef _WIN32
 // Calls for I2C once, and begins to exchange at each signal.
 static int start_after_i2c()
 {
@@ -395,6 +400,7 @@ static int start_after_i2c()
     }
     return StopTxtDownloadProg() != 1;
 }
+#endif
 
 // Plays a sound, or ends one with index 0; the id that has come back. On a busy computer the expected one comes later; no
 // other one comes within 0.2 s.
@@ -450,9 +456,11 @@ int main(int argc, char *argv[])
     if (strcmp(what, "handler first") == 0) {
         signal(SIGINT, ask);
     }
+#ifndef _WIN32
     if (strcmp(what, "start after I2C") == 0) {
         return start_after_i2c();
     }
+#endif
     uint32_t error = StartTxtDownloadProg();
     if (error != KELIB_ERROR_NONE) {
         printf("%X\n", (unsigned)error);
@@ -529,12 +537,14 @@ int main(int argc, char *argv[])
     }
     area->ftX1out.duty[0] = 300;
     say("started");
+#ifndef _WIN32
     if (strcmp(what, "fork") == 0) {
         return with_a_child(true);
     }
     if (strcmp(what, "fork and signal") == 0) {
         return with_a_child(false);
     }
+#endif
     while (strcmp(what, "turn") == 0) {
         usleep(2000);
     }
