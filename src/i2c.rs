@@ -2,6 +2,7 @@
 
 use crate::client::{found_host, Endpoint, I2cLine, Network, TimeLimits, TxtClient, PORT, TCP};
 use crate::error::Error;
+use crate::fuzzing::{nowhere, Pieces};
 use crate::wire::{I2cRequestHeader, I2cResponseHeader};
 
 /// The highest address of a device: it has 7 bits.
@@ -199,12 +200,10 @@ impl TxtClient {
 
 /// A client that receives these pieces (an empty one is a signal) and then the end of the connection;
 /// and what it has sent so far.
-#[cfg(feature = "__fuzzing")]
 pub fn i2c_client(pieces: Vec<Vec<u8>>) -> (I2cClient, impl Fn() -> Vec<u8>) {
-    let server = crate::client::scripted::Scripted::sending(pieces);
-    let nobody = Endpoint::at(&TCP, (std::net::Ipv4Addr::LOCALHOST, 0).into(), 0);
-    let line = I2cLine::over(server.connection(), nobody, TimeLimits::default());
-    (I2cClient::over(line), move || server.state().written.clone())
+    let server = Pieces::new(pieces);
+    let line = I2cLine::over(server.connection(), nowhere(), TimeLimits::default());
+    (I2cClient::over(line), move || server.sent())
 }
 
 /// The size of a response, as soon as its first bytes show it. `expected` is the size of a successful

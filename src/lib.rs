@@ -110,7 +110,6 @@ mod events;
 mod exchange;
 mod firmware;
 mod found;
-#[cfg(feature = "__fuzzing")]
 #[doc(hidden)]
 pub mod fuzzing;
 #[cfg(any(doc, doctest))]

@@ -123,7 +123,6 @@ mod camera;
 mod error;
 mod factory;
 mod fault;
-#[cfg(feature = "__fuzzing")]
 #[doc(hidden)]
 pub mod fuzzing;
 mod i2c;

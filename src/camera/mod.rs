@@ -21,7 +21,6 @@ pub(crate) use control::CameraControl;
 pub use decode::Picture;
 pub use frame::CameraFrame;
 pub(crate) use server::CameraServer;
-#[cfg(feature = "__fuzzing")]
 pub use stream::read_frames;
 pub use stream::CameraStream;
 

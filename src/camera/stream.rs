@@ -11,6 +11,7 @@ use super::server::CameraServer;
 use super::{CameraFrame, CameraOptions, CameraStatistics};
 use crate::client::{Connection, TimeLimits, Transport};
 use crate::error::{Error, Origin};
+use crate::fuzzing::{nowhere, Pieces};
 use crate::notices::notice;
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
 use crossbeam_channel::{bounded, Receiver, Sender, TrySendError};
@@ -257,20 +258,17 @@ impl Reader {
 
 /// Reads frames that come in these pieces until an error; an empty piece means a signal. Returns the frames
 /// that are left in the channel, the error, and the bytes that were sent.
-#[cfg(feature = "__fuzzing")]
 pub fn read_frames(
     pieces: Vec<Vec<u8>>,
     options: CameraOptions,
 ) -> (Vec<CameraFrame>, Error, Vec<u8>) {
-    let server = crate::client::scripted::Scripted::sending(pieces);
+    let server = Pieces::new(pieces);
     let (sender, oldest) = bounded(options.channel_frames);
-    let address = (std::net::Ipv4Addr::LOCALHOST, 0).into();
-    let endpoint = crate::client::Endpoint::at(&crate::client::TCP, address, 0);
-    let control = Arc::new(CameraControl::new(CameraServer { endpoint, early: None }));
+    let control = CameraControl::new(CameraServer { endpoint: nowhere(), early: None });
+    let control = Arc::new(control);
     let reader = Reader { options, gap_limit: Duration::ZERO, control, sender, oldest };
     let error = reader.read_from(&mut server.connection(), &mut 0);
-    let sent = server.state().written.clone();
-    (reader.oldest.try_iter().collect(), error, sent)
+    (reader.oldest.try_iter().collect(), error, server.sent())
 }
 
 #[cfg(test)]

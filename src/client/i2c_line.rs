@@ -77,7 +77,6 @@ impl I2cLine {
     }
 
     /// A line over this connection, for the fuzzers.
-    #[cfg(feature = "__fuzzing")]
     pub(crate) fn over(connection: Connection, server: Endpoint, limits: TimeLimits) -> Self {
         let line = Self::default();
         line.0.gate.lock().server = Some((server, limits));

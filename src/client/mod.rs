@@ -8,8 +8,7 @@ mod i2c_line;
 mod limits;
 mod resolve;
 mod response;
-#[cfg(any(test, feature = "__fuzzing"))]
-#[cfg_attr(not(test), allow(dead_code, reason = "tests use all of it"))]
+#[cfg(test)]
 pub(crate) mod scripted;
 #[cfg(all(test, unix))]
 pub(crate) mod signals;
@@ -37,7 +36,7 @@ pub(crate) use limits::LIMIT_RANGE;
 #[cfg(test)]
 pub(crate) use tcp::Tcp;
 pub(crate) use tcp::TCP;
-pub(crate) use transport::{Close, Endpoint, Network, Transport};
+pub(crate) use transport::{Addresses, Close, Endpoint, Network, Transport};
 #[cfg(test)]
 pub(crate) use watched::WaitEnds;
 

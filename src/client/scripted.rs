@@ -99,22 +99,6 @@ impl Scripted {
         Arc::strong_count(&self.0) == 1 || self.state().closed
     }
 
-    /// The other side sends these pieces, then closes. An empty piece means a signal.
-    #[cfg(feature = "__fuzzing")]
-    pub(crate) fn sending(pieces: Vec<Vec<u8>>) -> Self {
-        let events = pieces.into_iter().map(|piece| match piece.is_empty() {
-            true => Event::Error(ErrorKind::Interrupted),
-            false => Event::Bytes(piece),
-        });
-        let events = events.chain([Event::End]);
-        Self::new(events.map(|event| (NO_WAIT, event)).collect(), Vec::new())
-    }
-
-    #[cfg(feature = "__fuzzing")]
-    pub(crate) fn connection(&self) -> super::connection::Connection {
-        super::connection::Connection::over(Box::new(self.clone()), LIMITS)
-    }
-
     pub(crate) fn state(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap()
     }

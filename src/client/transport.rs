@@ -82,8 +82,8 @@ pub(crate) trait Transport: fmt::Debug + Send + Sync {
 /// The addresses of both sides of a connection.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Addresses {
-    pub(super) own: SocketAddr,
-    pub(super) peer: SocketAddr,
+    pub(crate) own: SocketAddr,
+    pub(crate) peer: SocketAddr,
 }
 
 /// Ends a connection that another thread uses: its reading and writing end soon, also those that wait, with

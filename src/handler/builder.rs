@@ -172,7 +172,6 @@ impl TransferAreaComHandlerBuilder {
 
     /// Leaves it to the controller when silence is done. The maker's firmware 4.7.0 (measured under emulation) never
     /// says that while nothing plays.
-    #[cfg(feature = "__structs")]
     #[doc(hidden)]
     pub fn silence_as_reported(mut self) -> Self {
         self.settings.silence_is_done = false;

@@ -79,7 +79,7 @@ integers! { u8 i16 u16 u32 }
 
 per_terminal! { PerInput: IZ_UNI_INPUT PerCounter: IZ_COUNTER PerMotor: IZ_MOTOR PerOutput: IZ_PWM_CHAN }
 
-super::layout::__transfer_area_structs!(structs);
+transfer_area_structs!(structs);
 
 impl FishX1Transfer {
     /// Its size in bytes, as on the controller.
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn every_field_lies_where_it_is_in_memory() {
-        super::super::layout::__transfer_area_structs!(check);
+        transfer_area_structs!(check);
     }
 
     #[test]

@@ -22,6 +22,9 @@
 //! An online transfer neither reads nor writes the other parts. They are there for TX programs and for the
 //! memory layout.
 
+#[macro_use]
+mod structs;
+
 mod bytes;
 mod config;
 mod constants;

@@ -4,6 +4,10 @@ use std::sync::atomic::{AtomicI16, AtomicU16, AtomicU32, AtomicU8, Ordering};
 
 use ft_transfer_area::transfer_area::*;
 
+#[macro_use]
+#[path = "../../../src/transfer_area/structs.rs"]
+mod structs;
+
 /// A value, or an array of them, that a program may read or write at the same time.
 pub(crate) trait Cell: Copy {
     /// Reads it.
@@ -95,4 +99,4 @@ macro_rules! struct_cells {
     )+};
 }
 
-ft_transfer_area::__transfer_area_structs!(struct_cells);
+transfer_area_structs!(struct_cells);

@@ -59,7 +59,6 @@ fn response(read: Option<Vec<u8>>) -> Vec<u8> {
 }
 
 /// Carries out a request without a connection, on a bus.
-#[cfg(feature = "__fuzzing")]
 pub(crate) fn answer(bytes: &[u8], bus: &mut super::I2cBus) -> Result<Vec<u8>, String> {
     let (header, write) = bytes.split_at(bytes.len().min(I2cRequestHeader::LEN));
     let Request { address, write: size, read } = Request::parse(header)?;

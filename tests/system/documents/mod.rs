@@ -49,3 +49,13 @@ fn each_program_is_in_its_document_without_changes() {
         }
     }
 }
+
+/// `cargo add` would offer them to everybody.
+#[test]
+fn the_published_packages_have_no_features() {
+    for manifest in
+        [include_str!("../../../Cargo.toml"), include_str!("../../../simulator/Cargo.toml")]
+    {
+        assert!(!manifest.contains("[features]"), "{manifest}");
+    }
+}

@@ -9,6 +9,10 @@ use ft_transfer_area::transfer_area::*;
 
 use super::source::{Item, Kind, Source};
 
+#[macro_use]
+#[path = "../../../src/transfer_area/structs.rs"]
+mod structs;
+
 /// Every field of the TXT's header, where a C compiler places it.
 const TXT: &str = include_str!("transfer_area.csv");
 /// The fields of the ROBO TX's header, which has other names for the same memory.
@@ -99,7 +103,7 @@ macro_rules! parts {
 
 /// Every field of the crate's area but those without a counterpart.
 fn rust_fields() -> Vec<Field> {
-    let parts = ft_transfer_area::__transfer_area_structs!(parts);
+    let parts = transfer_area_structs!(parts);
     let mut fields = Vec::new();
     add_fields(&parts, "FishX1Transfer", &[], 0, &mut fields);
     let count = fields.len();
