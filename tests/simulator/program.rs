@@ -115,6 +115,11 @@ impl Program {
     }
 }
 
+/// What has gone wrong with workpieces, in words.
+pub(crate) fn sentences(world: &WorldState) -> Vec<String> {
+    world.mishaps().iter().map(ToString::to_string).collect()
+}
+
 /// Axes with encoders, and the positions that a program counts.
 pub(crate) struct Axes<const N: usize> {
     motors: [Motor; N],

@@ -3,7 +3,7 @@
 use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area_simulator::world::{Piece, Plug, Whereabouts};
 
-use crate::program::{Axes, Program, Turn};
+use crate::program::{sentences, Axes, Program, Turn};
 
 /// Sorts what comes to the entry. Returns the lowest voltage of the colour sensor and the storage that it
 /// came to.
@@ -50,7 +50,7 @@ fn a_sorting_line_sorts_workpieces_by_their_colour() {
     assert_eq!(sort(&mut line), (1540, Input::I8));
     let sorted = ["white_storage", "red_storage", "blue_storage"].map(|place| line.at(place));
     assert_eq!(sorted, [Piece::White, Piece::Red, Piece::Blue].map(Some));
-    assert_eq!(line.world().mishaps(), [""; 0]);
+    assert_eq!(line.world().mishaps(), []);
 }
 
 #[test]
@@ -84,7 +84,7 @@ fn a_workpiece_jams_where_there_is_no_room_and_it_is_told_once() {
     line.set(Output::O5, true);
     line.wait(8000);
     let jam = "the white workpiece jams at white_ejector: white_storage can't take it";
-    assert_eq!(line.world().mishaps(), [jam]);
+    assert_eq!(sentences(line.world()), [jam]);
     // It went on to the end of the belt.
     let end = Whereabouts::Belt { motor: String::from("M1"), mm: 290.0 };
     assert_eq!(line.whereabouts(Piece::White), end);
@@ -114,7 +114,7 @@ fn a_script_that_puts_a_workpiece_where_there_is_no_room_is_told() {
     // The second one, which is red, is not told again.
     for way in [2010, 12_000] {
         line.wait(way);
-        assert_eq!(line.world().mishaps(), [reported]);
+        assert_eq!(sentences(line.world()), [reported]);
     }
     assert_eq!(line.machine.world_mut().unwrap().take("entry"), Some(Piece::Blue));
     assert_eq!((line.at("entry"), line.world().fallen()), (None, 0));
@@ -201,7 +201,7 @@ fn a_processing_station_takes_a_workpiece_from_its_oven_to_the_end_of_its_belt()
     station.wait_until("it is at the end of the belt", |station| station.input(Input::I4) == 0);
     station.wait(2000);
     assert_eq!((station.at("exit"), station.input(Input::I4)), (Some(Piece::White), 1));
-    assert_eq!(station.world().mishaps(), [""; 0]);
+    assert_eq!(station.world().mishaps(), []);
 }
 
 #[test]
@@ -238,7 +238,7 @@ fn a_workpiece_that_is_let_go_elsewhere_falls_and_it_is_told() {
     station.set(VACUUM(), false);
     station.wait(10);
     let fall = "the white workpiece falls: vacuum_gripper lets go of it where there is no place";
-    assert_eq!(station.world().mishaps(), [fall]);
+    assert_eq!(sentences(station.world()), [fall]);
     assert_eq!((station.world().fallen(), station.world().pieces()), (1, Vec::new()));
 }
 
@@ -304,7 +304,7 @@ fn a_cantilever_fetches_a_container_and_stores_it_with_a_workpiece() {
     warehouse.fork(true);
     warehouse.go(1390, 485);
     let full = "cantilever can't put the container down: B2 can't take it";
-    assert_eq!(warehouse.program.world().mishaps(), [full]);
+    assert_eq!(sentences(warehouse.program.world()), [full]);
     warehouse.go(1390, 405);
     warehouse.fork(false);
     warehouse.go(780, 815);

@@ -100,7 +100,7 @@ fn run(start: impl FnOnce(&str) -> Command) -> Done {
     let places = txt.with_machine(|machine| {
         assert_eq!(machine.oddities().next(), None);
         assert_eq!(machine.commands().last(), Some(CommandId::StopOnline));
-        assert_eq!(machine.world().unwrap().mishaps(), [""; 0]);
+        assert_eq!(machine.world().unwrap().mishaps(), []);
         machine.world().unwrap().places()
     });
     Done { said, outputs, places }

@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 
 use ft_transfer_area::tx::Motor;
-use ft_transfer_area_simulator::world::{Piece, Plug, Point, Whereabouts, World, WorldState};
+use ft_transfer_area_simulator::world::{
+    Mishap, Piece, Plug, Point, Whereabouts, World, WorldState,
+};
 use ft_transfer_area_simulator::Machine;
 use serde::Serialize;
 
@@ -19,8 +21,49 @@ pub(super) struct FloorReport {
     carried: Vec<CarriedReport>,
     fallen: u64,
     /// The newest thing that went wrong.
-    mishap: Option<String>,
+    mishap: Option<MishapReport>,
     drawing: Option<Drawing>,
+}
+
+/// What went wrong, as a sentence in English and for one in the page's language.
+#[derive(Serialize)]
+struct MishapReport {
+    text: String,
+    code: &'static str,
+    piece: &'static str,
+    place: Option<String>,
+    /// The belt, ejector or gripper.
+    by: Option<String>,
+    /// The gripper that holds it.
+    holder: Option<String>,
+}
+
+impl MishapReport {
+    fn of(mishap: Mishap) -> Self {
+        let text = mishap.to_string();
+        let (code, piece, place, by, holder) = match mishap {
+            Mishap::NotPutIn { piece, place } => ("not_put_in", piece, Some(place), None, None),
+            Mishap::JamsOnBelt { piece, motor, place } => {
+                ("jams_on_belt", piece, Some(place), Some(motor), None)
+            }
+            Mishap::JamsAtEjector { piece, ejector, place } => {
+                ("jams_at_ejector", piece, Some(place), Some(ejector), None)
+            }
+            Mishap::NotGripped { piece, gripper, holder } => {
+                ("not_gripped", piece, None, Some(gripper), Some(holder))
+            }
+            Mishap::FallsBesides { piece, gripper } => {
+                ("falls_besides", piece, None, Some(gripper), None)
+            }
+            Mishap::FallsAt { piece, place } => ("falls_at", piece, Some(place), None, None),
+            Mishap::NotPutDown { gripper, place } => {
+                ("not_put_down", Piece::Container, Some(place), Some(gripper), None)
+            }
+            // One of a later simulated TXT is shown in English.
+            _ => ("", Piece::Container, None, None, None),
+        };
+        Self { text, code, piece: piece.name(), place, by, holder }
+    }
 }
 
 #[derive(Serialize)]
@@ -96,7 +139,7 @@ pub(super) fn report(
         places: places(&scene),
         carried: carried.collect(),
         fallen: state.fallen(),
-        mishap: state.mishaps().pop(),
+        mishap: state.mishaps().pop().map(MishapReport::of),
         drawing: scene.draw(),
     })
 }

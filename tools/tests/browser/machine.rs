@@ -161,6 +161,20 @@ async fn carry_from_the_oven(page: &Page, address: &str) -> Result<()> {
     at_table()?[1].output.duty[2] = 0;
     page.wait_for_value(apart, "[aria-label^='table:']", near).await?;
     page.wait_for("[aria-label='oven: empty']").await?;
+    handler.areas().lock()[1].output.duty[3] = 512;
+    at_oven()?[1].output.duty[3] = 0;
+    page.click("[aria-label='oven: empty']").await?;
+    page.wait_for("[aria-label='oven: white']").await?;
+    handler.areas().lock()[1].output.duty[5] = 512;
+    page.wait_for(".gripper[data-low]").await?;
+    handler.areas().lock()[1].output.duty[4] = 0;
+    let said = ".floor [role=status]";
+    page.wait_for_text(said, "The white workpiece falls: oven can't take it. 1 fell.").await?;
+    page.click("#language").await?;
+    let german =
+        "Das weiße Werkstück fällt herunter: Ofen kann nichts aufnehmen. 1 heruntergefallen.";
+    page.wait_for_text(said, german).await?;
+    page.click("#language").await?;
     page.ensure_no_console_errors().await
 }
 

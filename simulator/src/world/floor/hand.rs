@@ -4,6 +4,7 @@ use ft_transfer_area::tx::{Motor, Output};
 
 use super::{At, Floor};
 use crate::world::gripper::Grip;
+use crate::world::mishap::Mishap;
 use crate::world::piece::Piece;
 use crate::world::plug::Plug;
 
@@ -93,23 +94,24 @@ impl Hand {
         } else if let Some((other, piece)) = floor.held_over(place).filter(|_| !self.is_told) {
             self.is_told = true;
             let piece = floor.pieces[piece].piece;
-            let [own, other] =
+            let [gripper, holder] =
                 [self.holder, other].map(|holder| floor.holders[holder].name.clone());
-            floor.tell(format_args!("{own} can't grip {piece}: {other} holds it"));
+            floor.report(Mishap::NotGripped { piece, gripper, holder });
         }
     }
 
     fn let_go(&self, piece: usize, over: Option<usize>, floor: &mut Floor) {
         let Some(place) = over else {
-            let (kind, own) = (floor.pieces[piece].piece, floor.holders[self.holder].name.clone());
+            let (kind, gripper) =
+                (floor.pieces[piece].piece, floor.holders[self.holder].name.clone());
             floor.fall(piece);
-            floor.tell(format_args!("{kind} falls: {own} lets go of it where there is no place"));
+            floor.report(Mishap::FallsBesides { piece: kind, gripper });
             return;
         };
         if floor.put(piece, place).is_err() {
-            let (kind, name) = (floor.pieces[piece].piece, floor.spots[place].name.clone());
+            let (kind, place) = (floor.pieces[piece].piece, floor.spots[place].name.clone());
             floor.fall(piece);
-            floor.tell(format_args!("{kind} falls: {name} can't take it"));
+            floor.report(Mishap::FallsAt { piece: kind, place });
         }
     }
 
@@ -129,11 +131,9 @@ impl Hand {
             Some(container) if height >= out_at + lift => {
                 if floor.put(container, place).is_err() && !self.is_told {
                     self.is_told = true;
-                    let own = floor.holders[self.holder].name.clone();
+                    let gripper = floor.holders[self.holder].name.clone();
                     let place = floor.spots[place].name.clone();
-                    floor.tell(format_args!(
-                        "{own} can't put the container down: {place} can't take it"
-                    ));
+                    floor.report(Mishap::NotPutDown { gripper, place });
                 }
             }
             None | Some(_) => {}

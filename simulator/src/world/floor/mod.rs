@@ -10,7 +10,6 @@ mod pieces;
 mod plan;
 
 use std::collections::VecDeque;
-use std::fmt;
 use std::sync::Arc;
 
 use parking_lot::{Mutex, MutexGuard};
@@ -21,11 +20,12 @@ pub use own::Whereabouts;
 use part::Part;
 pub(super) use plan::Plan;
 
+use super::mishap::Mishap;
 use super::piece::Piece;
 use crate::machine::journal::notice;
 
-/// How many sentences are remembered.
-const SENTENCES_KEPT: usize = 100;
+/// How many mishaps are remembered.
+const MISHAPS_KEPT: usize = 100;
 
 /// The radius of a workpiece in mm.
 pub(super) const RADIUS: f64 = 13.5;
@@ -66,7 +66,7 @@ pub(super) struct Floor {
     pub(super) pieces: Vec<PlacedPiece>,
     /// How many pieces have fallen.
     pub(super) fallen: u64,
-    mishaps: VecDeque<String>,
+    mishaps: VecDeque<Mishap>,
 }
 
 /// A place.
@@ -150,11 +150,11 @@ pub(super) enum Refusal {
 
 impl Floor {
     /// Remembers and logs what has gone wrong.
-    fn tell(&mut self, sentence: fmt::Arguments<'_>) {
-        notice!(Warn, "{sentence}");
-        if self.mishaps.len() == SENTENCES_KEPT {
+    fn report(&mut self, mishap: Mishap) {
+        notice!(Warn, "{mishap}");
+        if self.mishaps.len() == MISHAPS_KEPT {
             self.mishaps.pop_front();
         }
-        self.mishaps.push_back(sentence.to_string());
+        self.mishaps.push_back(mishap);
     }
 }

@@ -7,6 +7,7 @@ use parking_lot::MutexGuard;
 use super::{At, Floor, Part, Plan, SharedFloor};
 use crate::machine::controller::Controller;
 use crate::world::board::BoardState;
+use crate::world::mishap::Mishap;
 use crate::world::piece::Piece;
 use crate::world::plug::Plug;
 use crate::world::state::WorldState;
@@ -81,7 +82,7 @@ impl LockedFloor<'_> {
         let Some(place) = self.floor.place(self.prefix, name) else { return };
         let is_refused = self.floor.add(piece, place).is_err();
         if is_refused && !self.floor.spots[place].is_refused {
-            self.floor.tell(format_args!("{piece} can't be put in: {name} can't take it"));
+            self.floor.report(Mishap::NotPutIn { piece, place: name.to_owned() });
         }
         self.floor.spots[place].is_refused = is_refused;
     }
@@ -210,7 +211,7 @@ impl WorldState {
         self.floor.as_ref().map_or(0, |own| own.shared.lock().fallen)
     }
 
-    /// What has gone wrong with workpieces, one sentence each: the newest 100 since the start, the oldest
+    /// What has gone wrong with workpieces: the newest 100 since the start, the oldest
     /// first. Each is logged as a warning, too.
     ///
     /// * A belt or an ejector has brought a piece to a place that can't take it, once until the next one
@@ -218,7 +219,7 @@ impl WorldState {
     /// * A gripper lets a piece go where there is no place, or where the place can't take it.
     /// * A gripper should take what another one holds, or a fork can't put its container down.
     /// * The script puts a piece where there is no room, once until there is room for one.
-    pub fn mishaps(&self) -> Vec<String> {
+    pub fn mishaps(&self) -> Vec<Mishap> {
         let Some(own) = &self.floor else { return Vec::new() };
         let floor = own.shared.lock();
         floor.mishaps.iter().cloned().collect()

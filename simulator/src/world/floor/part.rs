@@ -6,6 +6,7 @@ use super::hand::{Drives, Hand};
 use super::Floor;
 use crate::machine::controller::Controller;
 use crate::world::board::BoardState;
+use crate::world::mishap::Mishap;
 use crate::world::plug::Plug;
 use crate::world::sensor::Sensor;
 use crate::world::shaft::Shaft;
@@ -139,9 +140,10 @@ impl Pusher {
         let Some(piece) = piece else { return };
         if floor.put(piece, self.to).is_err() && !self.is_told {
             self.is_told = true;
-            let [from, to] = [self.from, self.to].map(|place| floor.spots[place].name.clone());
-            let kind = floor.pieces[piece].piece;
-            floor.tell(format_args!("{kind} jams at {from}: {to} can't take it"));
+            let [ejector, place] =
+                [self.from, self.to].map(|place| floor.spots[place].name.clone());
+            let piece = floor.pieces[piece].piece;
+            floor.report(Mishap::JamsAtEjector { piece, ejector, place });
         }
     }
 }

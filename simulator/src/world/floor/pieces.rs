@@ -1,6 +1,7 @@
 //! Where pieces are, and how they get from one place to another.
 
 use super::{At, Floor, PlacedPiece, Refusal, SpotKind, RADIUS};
+use crate::world::mishap::Mishap;
 use crate::world::piece::Piece;
 
 /// A colour sensor has its full effect within this distance of a workpiece's middle, in mm.
@@ -172,9 +173,9 @@ impl Floor {
         let is_put = self.put(piece, place).is_ok();
         if !is_put && !self.belts[belt].is_jammed {
             let (Floor { pieces, spots, belts, .. }, to) = (&*self, place);
-            let (kind, name, place) =
+            let (piece, motor, place) =
                 (pieces[piece].piece, belts[belt].name.clone(), spots[to].name.clone());
-            self.tell(format_args!("{kind} jams on the belt of {name}: {place} can't take it"));
+            self.report(Mishap::JamsOnBelt { piece, motor, place });
         }
         self.belts[belt].is_jammed = !is_put;
     }

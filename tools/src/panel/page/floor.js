@@ -3,7 +3,7 @@
 
 import { button, card, h, setAttribute, setStyle, setText, svg } from "./dom.js";
 import { Drawing } from "./drawing.js";
-import { placeName, t } from "./words.js";
+import { mishapSentence, placeName, t } from "./words.js";
 
 const PIECES = ["white", "red", "blue", "container"];
 /** A disc's diameter in mm. */
@@ -136,6 +136,6 @@ export class Floor {
     belts.forEach((belt, index) => this.belts[index]?.update(belt));
     places.forEach((place, index) => this.places[index].update(place));
     setText(this.carried, carried.map(({ piece, by }) => t("carriedBy", { piece: t(piece), by: placeName(by) })).join(", "));
-    setText(this.mishap, mishap ? `${mishap} ${fallen ? t("fallen", { count: fallen }) : ""}` : "");
+    setText(this.mishap, mishap ? `${mishapSentence(mishap)} ${fallen ? t("fallen", { count: fallen }) : ""}` : "");
   }
 }

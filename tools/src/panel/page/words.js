@@ -152,6 +152,19 @@ const GERMAN_PLACES = {
   vacuum_gripper: "Sauggreifer", valve: "Ventil", white_ejector: "Auswerfer weiß", white_storage: "Lager weiß",
 };
 
+/** German sentences for what goes wrong with workpieces, by their code. English ones come from the program. */
+const GERMAN_MISHAPS = {
+  falls_at: "{piece} fällt herunter: {place} kann nichts aufnehmen",
+  falls_besides: "{piece} fällt herunter: {by} lässt los, wo kein Platz ist",
+  jams_at_ejector: "{piece} klemmt bei {by}: {place} kann nichts aufnehmen",
+  jams_on_belt: "{piece} staut sich auf dem Band von {by}: {place} kann nichts aufnehmen",
+  not_gripped: "{by} greift nicht: {piece} ist noch bei {holder}",
+  not_put_down: "{by} setzt nicht ab: {place} kann nichts aufnehmen",
+  not_put_in: "{piece} wird nicht eingelegt: {place} kann nichts aufnehmen",
+};
+
+const GERMAN_PIECES = { white: "das weiße Werkstück", red: "das rote Werkstück", blue: "das blaue Werkstück", container: "der Behälter" };
+
 /** German sentences for errors, by their code. English ones come from the program. */
 const GERMAN_ERRORS = {
   bad_address: "Das ist keine Adresse",
@@ -229,7 +242,10 @@ export function setLanguage(next) {
 
 /** A text, with values in place of its `{names}`. */
 export function t(key, values = {}) {
-  const text = (language === "de" ? GERMAN : ENGLISH)[key] ?? key;
+  return filled((language === "de" ? GERMAN : ENGLISH)[key] ?? key, values);
+}
+
+function filled(text, values) {
   return text.replace(/\{(\w+)\}/g, (_, name) => values[name] ?? "");
 }
 
@@ -249,7 +265,19 @@ export function sentence({ code, text, cause }) {
   const german = language === "de" ? GERMAN_ERRORS : {};
   const said = [german[code] ?? text, german[code] && german[cause]].filter(Boolean).join(": ");
   const typed = [...hosts.values()].some(({ address }) => said.startsWith(address));
-  return (typed ? said : said.charAt(0).toUpperCase() + said.slice(1)) + (/[.!?]$/.test(said) ? "" : ".");
+  return (typed ? said : capital(said)) + (/[.!?]$/.test(said) ? "" : ".");
+}
+
+/** What went wrong with a workpiece, as a sentence. */
+export function mishapSentence({ code, text, piece, ...names }) {
+  const german = language === "de" ? GERMAN_MISHAPS[code] : undefined;
+  if (!german) return `${capital(text)}.`;
+  const places = Object.entries(names).map(([key, name]) => [key, name && placeName(name)]);
+  return `${capital(filled(german, { piece: GERMAN_PIECES[piece], ...Object.fromEntries(places) }))}.`;
+}
+
+function capital(text) {
+  return text.charAt(0).toUpperCase() + text.slice(1);
 }
 
 /** A number with the separators of the language. */
