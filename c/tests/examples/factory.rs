@@ -230,6 +230,6 @@ fn the_reader_has_a_tag_of_the_colour_that_is_named_and_keeps_what_is_written() 
         ("blue", "04000000000003 type 3, then 9 8 7 6\n"),
         ("none", "no tag\n"),
     ] {
-        assert_eq!(read_tag(tag), expected);
+        assert_eq!(read_tag(tag).replace('\r', ""), expected);
     }
 }
