@@ -32,10 +32,15 @@ impl Recording {
 
     /// Begins to record a handler into a full pipe; `None` where files can't stand still.
     pub(crate) fn still(handler: &TransferAreaComHandler) -> Option<Self> {
+        Self::into_full_pipe(|path| Recorder::start(handler, path, Options::default()).unwrap())
+    }
+
+    /// The same with another recorder.
+    pub(crate) fn into_full_pipe(record: impl FnOnce(&Path) -> Recorder) -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.mcap");
         let mut pipe = pipe(&path)?;
-        let recorder = Recorder::start(handler, &path, Options::default()).unwrap();
+        let recorder = record(&path);
         loop {
             match pipe.write(&[0; 4096]) {
                 Ok(_) => {}

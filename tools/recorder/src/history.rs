@@ -12,6 +12,7 @@ use crossbeam_channel::{unbounded, Receiver, Sender, TryRecvError};
 use ft_transfer_area::transfer_area::{MAX_AREAS, MAX_EXTENSIONS};
 use ft_transfer_area::{
     CycleLog, EventKind, Events, FishX1Transfer, LoggedCycle, TimedEvent, TransferAreaComHandler,
+    TransferAreas,
 };
 
 use self::kept::{Before, Kept, KeptCycle, What};
@@ -54,6 +55,8 @@ pub struct History {
     time: Duration,
     room: usize,
     handler: Option<(CycleLog, Events)>,
+    /// Of that handler.
+    transfer: Option<TransferAreas>,
     kept: VecDeque<Arc<Kept>>,
     /// What they take.
     bytes: usize,
@@ -75,6 +78,8 @@ pub struct Follow {
     kept: Receiver<Arc<Kept>>,
     waiting: Arc<AtomicUsize>,
     lost: Arc<AtomicU64>,
+    /// What the recorder ends when the program leaves without its `finish`.
+    transfer: Option<TransferAreas>,
     _is_there: Arc<()>,
 }
 
@@ -98,6 +103,7 @@ impl History {
             time,
             room,
             handler: None,
+            transfer: None,
             kept: VecDeque::new(),
             bytes: 0,
             before: Before { areas, under_way: UnderWay::default() },
@@ -126,7 +132,8 @@ impl History {
         let kinds = EventKind::ALL.iter().copied().filter(|kind| kind.is_of_response());
         let kinds = kinds.collect::<Vec<_>>();
         let events = handler.areas().events(&kinds, 4 * WAITING).map_err(refused)?;
-        Ok(Self { handler: Some((log, events)), ..Self::new(time, room) })
+        let transfer = Some(handler.areas().clone());
+        Ok(Self { handler: Some((log, events)), transfer, ..Self::new(time, room) })
     }
 
     /// Takes in what has come of the handler until now, and forgets what is too old. Does not wait.
@@ -246,7 +253,8 @@ impl History {
         let is_there = Arc::new(());
         self.followed = Arc::downgrade(&is_there);
         let before = self.before.clone();
-        Follow { before, since, kept, waiting, lost, _is_there: is_there }
+        let transfer = self.transfer.clone();
+        Follow { before, since, kept, waiting, lost, transfer, _is_there: is_there }
     }
 
     /// Nothing more comes for the recorder: it records what it has got, and ends.
@@ -295,6 +303,18 @@ impl Follow {
     /// When the first of it was: a recording begins there.
     pub fn since(&self) -> Instant {
         self.since
+    }
+
+    /// The same for a recorder that only looks: a transfer does not end when it is dropped without `finish`, also by a
+    /// panic. For one in a thread of its own; one beside the handler would keep the motors on while its disk stands
+    /// still.
+    #[must_use]
+    pub fn that_only_looks(self) -> Self {
+        Self { transfer: None, ..self }
+    }
+
+    pub(crate) fn take_transfer(&mut self) -> Option<TransferAreas> {
+        self.transfer.take()
     }
 
     /// What a file that begins then has to begin with.

@@ -90,6 +90,8 @@ pub struct Totals {
 ///
 /// **A program that drops it without `finish` leaves**, by a panic or an early return: the transfer ends, with all
 /// motors stopped, and then the file is finished as in `finish`. An error is only logged.
+/// That is so with [`start`](Self::start), and with [`follow`](Self::follow) of the history of a handler; one that is
+/// [`fed`](Self::fed) knows no handler, and its end may take as long as `finish`.
 ///
 /// ```
 /// use ft_transfer_area_simulator::SimulatedTxt;
@@ -232,12 +234,22 @@ impl Recorder {
     ///
     /// Instead of a number of cycles, as many bytes as the history has room for wait for a slow disk.
     ///
+    /// When it is dropped without [`finish`](Self::finish), the transfer of the history's handler ends, unless it
+    /// [only looks](Follow::that_only_looks).
+    ///
     /// # Errors
     ///
     /// The file can't be created, or takes nothing in 5 s, or the operating system has no more threads.
-    pub fn follow(path: impl AsRef<Path>, follow: Follow, options: Options) -> Result<Self, Error> {
+    pub fn follow(
+        path: impl AsRef<Path>,
+        mut follow: Follow,
+        options: Options,
+    ) -> Result<Self, Error> {
         let path = path.as_ref().to_owned();
-        Self::record(path, options.parts, Source::History(follow), DISK_LIMIT)
+        let transfer = follow.take_transfer();
+        let mut recorder = Self::record(path, options.parts, Source::History(follow), DISK_LIMIT)?;
+        recorder.transfer = transfer;
+        Ok(recorder)
     }
 
     fn record(

@@ -306,7 +306,7 @@ impl Keeper {
 
     fn begin(&mut self) {
         let now = Instant::now();
-        let follow = self.history.follow();
+        let follow = self.history.follow().that_only_looks();
         self.shown.begin(now, now.saturating_duration_since(follow.since()));
         let (stop, stopped) = bounded(0);
         let (end, ended) = bounded(0);

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{CameraOptions, Error, EventKind, TransferAreaComHandler};
+use ft_transfer_area_recorder::{History, Options, Recorder};
 
 use super::controller::{txt, Controller, DUTY};
 use super::fake::Fake;
@@ -30,8 +31,9 @@ enum Leave {
 type Make = fn(&TransferAreaComHandler) -> Result<Box<dyn Any>, Skipped>;
 
 pub(crate) fn rows() -> Vec<Row> {
-    let values: [(&str, Make); 6] = [
+    let values: [(&str, Make); 7] = [
         ("with a recorder whose file takes nothing", recorder),
+        ("with a recorder that has what came before, whose file takes nothing", with_history),
         ("with events that nobody reads", |handler| {
             Ok(Box::new(handler.areas().events(EventKind::ALL, 1).unwrap()))
         }),
@@ -105,7 +107,22 @@ fn run(make: Make, leave: Leave) -> Result<Outcome, Skipped> {
 }
 
 fn recorder(handler: &TransferAreaComHandler) -> Result<Box<dyn Any>, Skipped> {
-    let still = Recording::still(handler);
+    boxed(Recording::still(handler))
+}
+
+fn with_history(handler: &TransferAreaComHandler) -> Result<Box<dyn Any>, Skipped> {
+    let mut history = History::of(handler, Duration::from_secs(60), 1 << 20).unwrap();
+    for _ in 0..2 {
+        drop(handler.areas().wait_cycle().unwrap());
+    }
+    history.take_in();
+    let follow = history.follow();
+    boxed(Recording::into_full_pipe(|path| {
+        Recorder::follow(path, follow, Options::default()).unwrap()
+    }))
+}
+
+fn boxed(still: Option<Recording>) -> Result<Box<dyn Any>, Skipped> {
     Ok(Box::new(still.ok_or_else(|| Skipped("files can't stand still here".to_owned()))?))
 }
 
