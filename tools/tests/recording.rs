@@ -139,12 +139,7 @@ fn a_file_that_somebody_has_given_another_name_is_missed_at_the_end() {
     for arguments in
         [&["record", &host, "-o", &path][..], &["watch", &host, "--port", "0", "--record", &path]]
     {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
-        command.args(arguments).stdout(Stdio::null()).stderr(Stdio::piped());
-        if arguments[0] == "watch" {
-            command.arg("--no-page");
-        }
-        let running = Running::start(&mut command);
+        let running = Running::start(&mut recording(arguments));
         wait_for("nothing is recorded", || fs::metadata(&path).is_ok_and(|file| file.len() > 0));
         fs::rename(&path, &other).unwrap();
         running.signal("INT");
@@ -153,6 +148,55 @@ fn a_file_that_somebody_has_given_another_name_is_missed_at_the_end() {
         let last = said(&output).lines().last().unwrap_or_default().to_owned();
         assert!(last.ends_with(&format!("{path} is not there any more")), "{last}");
     }
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix says which file has a name")]
+#[test]
+fn a_file_that_another_recording_has_replaced_is_missed_at_the_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let [txt, other] = [(); 2].map(|()| SimulatedTxt::builder().start().unwrap());
+    let [host, other] = [&txt, &other].map(|txt| txt.address().to_string());
+    for arguments in
+        [&["record", &host, "-o", &path][..], &["watch", &host, "--port", "0", "--record", &path]]
+    {
+        let replaced = Running::start(&mut recording(arguments));
+        wait_for("nothing is recorded", || fs::metadata(&path).is_ok_and(|file| file.len() > 0));
+        let before = fs::metadata(&path).unwrap();
+        let replacing = Running::start(&mut recording(&["record", &other, "--force", "-o", &path]));
+        wait_for("it is not replaced", || is_another(&before, &path));
+        replaced.signal("INT");
+        let output = replaced.end();
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        let last = said(&output).lines().last().unwrap_or_default().to_owned();
+        let sentence =
+            format!("{path} is another file now, so this recording is not there any more");
+        assert!(last.ends_with(&sentence), "{last}");
+        replacing.signal("INT");
+        assert_eq!(replacing.end().status.code(), Some(0));
+        fs::remove_file(&path).unwrap();
+    }
+}
+
+/// `txt` with these arguments, without a page.
+fn recording(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+    command.args(arguments).stdout(Stdio::null()).stderr(Stdio::piped());
+    if arguments[0] == "watch" {
+        command.arg("--no-page");
+    }
+    command
+}
+
+#[cfg(unix)]
+fn is_another(before: &fs::Metadata, path: &str) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    fs::metadata(path).is_ok_and(|file| file.ino() != before.ino())
+}
+
+#[cfg(not(unix))]
+fn is_another(_: &fs::Metadata, _: &str) -> bool {
+    false
 }
 
 /// The names of what is in a folder.

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::fs::File;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::thread;
 
@@ -18,22 +19,32 @@ pub(crate) struct Output {
     replaced: Option<PathBuf>,
     /// Not so a pipe, which may be removed when its reader has opened it.
     is_file: bool,
+    /// Whether the file was made here, so that no other recording takes its name.
+    is_new: bool,
+    /// The single file that is recorded, held open so that the system gives no other file its number.
+    held: Option<File>,
 }
 
 impl Output {
     /// The error says that a file is there which is not to be replaced. A recording in parts replaces none.
     pub(crate) fn new(path: PathBuf, force: bool, in_parts: bool) -> anyhow::Result<Self> {
         if in_parts {
-            return Ok(Self { path, replaced: None, is_file: true });
+            let (replaced, held) = (None, None);
+            return Ok(Self { path, replaced, is_file: true, is_new: false, held });
         }
-        ensure!(
-            force || !path.is_file(),
-            "{} is there already; --force replaces it",
-            path.display()
-        );
-        let replaced = replaced(&path)?;
+        // Only one of several recordings that begin at the same time can make it. Other errors are the recorder's.
+        let made = File::create_new(&path);
+        if made.as_ref().is_err_and(|error| error.kind() == ErrorKind::AlreadyExists) {
+            ensure!(
+                force || !path.is_file(),
+                "{} is there already; --force replaces it",
+                path.display()
+            );
+        }
+        let is_new = made.is_ok();
+        let replaced = if is_new { None } else { replaced(&path)? };
         let is_file = path.is_file() || !path.exists();
-        Ok(Self { path, replaced, is_file })
+        Ok(Self { path, replaced, is_file, is_new, held: made.ok() })
     }
 
     /// What the user calls it.
@@ -67,16 +78,22 @@ impl Output {
 
     /// The recording has begun, so the file takes its place.
     pub(crate) fn begun(&mut self, recorder: &mut Recorder) -> anyhow::Result<()> {
-        match self.replaced.take() {
-            Some(replaced) => Ok(recorder.rename(replaced)?),
-            None => Ok(()),
+        if let Some(replaced) = self.replaced.take() {
+            self.held = File::open(recorder.path()).ok();
+            recorder.rename(replaced)?;
         }
+        Ok(())
     }
 
-    /// The error says that somebody has removed what was recorded, or given it another name.
+    /// The error says that somebody has removed what was recorded, or given it another name, or replaced it.
     pub(crate) fn ensure_is_there(&self, files: &Files) -> anyhow::Result<()> {
         let newest = &files.newest;
         ensure!(!self.is_file || newest.exists(), "{} is not there any more", newest.display());
+        ensure!(
+            self.held.as_ref().is_none_or(|held| is_at(held, newest)),
+            "{} is another file now, so this recording is not there any more",
+            newest.display()
+        );
         Ok(())
     }
 
@@ -84,6 +101,30 @@ impl Output {
     pub(crate) fn is_beside(&self) -> bool {
         self.replaced.is_some()
     }
+}
+
+impl Drop for Output {
+    fn drop(&mut self) {
+        // What nobody has recorded into is not in the way of the next attempt.
+        if self.is_new && self.path.metadata().is_ok_and(|file| file.len() == 0) {
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// Whether this open file has this name. Only Unix says so.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    let [held, there] =
+        [file.metadata(), path.metadata()].map(|of| of.map(|it| (it.dev(), it.ino())));
+    // What can't be asked is no other file.
+    held.is_err() || there.is_err() || held.ok() == there.ok()
+}
+
+#[cfg(not(unix))]
+fn is_at(_: &File, _: &Path) -> bool {
+    true
 }
 
 /// A link stays a link, and a pipe or a device is written to.
@@ -160,5 +201,25 @@ pub(crate) fn discard(recorder: Recorder) {
     if path.is_file() {
         // Without it the reason is reported all the same.
         let _ = std::fs::remove_file(path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_two_recordings_that_begin_together_one_has_the_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let first = Output::new(path.clone(), false, false).unwrap();
+        let error = Output::new(path.clone(), false, false).err().unwrap();
+        assert!(error.to_string().ends_with("is there already; --force replaces it"), "{error}");
+        drop(first);
+        assert!(!path.exists(), "what was not recorded is in nobody's way");
+        drop(Output::new(path.clone(), false, false).unwrap());
+        std::fs::write(&path, "recorded").unwrap();
+        drop(Output::new(path.clone(), true, false).unwrap());
+        assert_eq!(std::fs::read(&path).unwrap(), b"recorded");
     }
 }
