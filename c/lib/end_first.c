@@ -1,8 +1,10 @@
 /* Ends all transfers of a program before what waits at its end: functions of atexit, destructors of static objects, and
-   the message of an assertion or an exception, which perhaps nobody reads. With the linker's options --wrap=main,
-   --wrap=exit, --wrap=quick_exit and --wrap=__assert_fail these functions are called in their place. */
+   the message of an assertion, an exception or a virtual function that is not there, which perhaps nobody reads. With
+   the linker's options --wrap=main, --wrap=exit, --wrap=quick_exit and --wrap=__assert_fail these functions are called in
+   their place. */
 #ifdef __cplusplus
 #include <exception>
+#include <unistd.h>
 
 extern "C" {
 #endif
@@ -44,6 +46,20 @@ __attribute__((noreturn)) void __wrap___assert_fail(const char *what, const char
 }
 
 #ifdef __cplusplus
+/* What a virtual function is before its class is there. Weak, because a library that is linked into the program may have
+   it, too. */
+__attribute__((weak, noreturn)) void __cxa_pure_virtual(void);
+
+void __cxa_pure_virtual(void)
+{
+    static const char message[] = "pure virtual method called\n";
+
+    ft_end_transfers();
+    if (write(2, message, sizeof message - 1) < 0) {
+        /* It ends all the same. */
+    }
+    std::terminate();
+}
 }
 
 /* An exception that nobody catches: what says so comes afterwards. */

@@ -1,6 +1,6 @@
 /* A PC program, in C and C++: turns M1 until I1 is pressed, and fills the pipe of its error output, which nobody reads.
-   Then an assertion fails, in C++ with THROW an exception that nobody catches is thrown, and with AGAIN it becomes itself
-   once more, turns M1 until I2 is pressed, and is killed. */
+   Then an assertion fails, in C++ with THROW an exception that nobody catches is thrown, with VIRTUAL a function is called
+   that no class has yet, and with AGAIN it becomes itself once more, turns M1 until I2 is pressed, and is killed. */
 #include <assert.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -18,6 +18,18 @@ static void fill(int output)
         ;
     fcntl(output, F_SETFL, flags);
 }
+
+#ifdef VIRTUAL
+struct Machine {
+    Machine() { begin(); }
+    void begin() { turn(); }
+    virtual void turn() = 0;
+};
+
+struct Turntable : Machine {
+    void turn() {}
+};
+#endif
 
 int main(int count, char **arguments)
 {
@@ -44,6 +56,9 @@ int main(int count, char **arguments)
 #endif
 #ifdef THROW
     throw 1;
+#endif
+#ifdef VIRTUAL
+    Turntable turntable;
 #endif
     assert(is_again);
     return 0;
