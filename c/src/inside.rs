@@ -4,12 +4,41 @@
 //! each call holds signals back until it returns, and the library's threads do so at all times: they are started in
 //! such calls. Only the program's callbacks run as the program does. For the same reason no thread is cancelled here.
 
+use std::mem;
+
 #[cfg(all(unix, miri))]
 pub(crate) use other::is_held_by_library;
 #[cfg(any(not(unix), miri))]
-pub(crate) use other::{enter, leave, prepare_to_wait, uncancelled, Programs};
+pub(crate) use other::{enter, prepare_to_wait, uncancelled, Programs};
 #[cfg(all(unix, not(miri)))]
-pub(crate) use unix::{enter, is_held_by_library, leave, prepare_to_wait, uncancelled, Programs};
+pub(crate) use unix::{enter, is_held_by_library, prepare_to_wait, uncancelled, Programs};
+
+use crate::exit::ft_end_transfers;
+
+/// Makes a call into the program, for which this thread is not inside.
+pub(crate) fn leave<R>(call: impl FnOnce() -> R) -> R {
+    #[cfg(any(not(unix), miri))]
+    use other::leave;
+    #[cfg(all(unix, not(miri)))]
+    use unix::leave;
+
+    of_program(|| leave(call))
+}
+
+/// Makes a call into the program. An exception that leaves it ends all transfers, before Rust's runtime writes that it
+/// can't catch it: perhaps nobody reads that.
+pub(crate) fn of_program<R>(call: impl FnOnce() -> R) -> R {
+    struct End;
+    impl Drop for End {
+        fn drop(&mut self) {
+            ft_end_transfers();
+        }
+    }
+    let end = End;
+    let result = call();
+    mem::forget(end);
+    result
+}
 
 #[cfg(all(unix, not(miri)))]
 mod unix {
@@ -102,8 +131,7 @@ mod unix {
         }
     }
 
-    /// Makes a call into the program, for which this thread is not inside.
-    pub(crate) fn leave<R>(call: impl FnOnce() -> R) -> R {
+    pub(super) fn leave<R>(call: impl FnOnce() -> R) -> R {
         struct Again {
             is_librarys: bool,
         }
@@ -179,7 +207,7 @@ mod other {
         None
     }
 
-    pub(crate) fn leave<R>(call: impl FnOnce() -> R) -> R {
+    pub(super) fn leave<R>(call: impl FnOnce() -> R) -> R {
         call()
     }
 

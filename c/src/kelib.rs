@@ -36,7 +36,7 @@ const THREAD_NOT_STARTABLE: u32 = 0x1C04;
 
 /// The program's function, and how long taking it away waits for one that is running. It returns a C `bool`, which a
 /// program in C may fill with any byte.
-type Callback = extern "C" fn(*mut FishX1Transfer, i32) -> u8;
+type Callback = extern "C-unwind" fn(*mut FishX1Transfer, i32) -> u8;
 const CALLBACK_LIMIT: Duration = Duration::from_millis(500);
 
 /// That of the first start, which is begun again by the next one.

@@ -23,7 +23,7 @@ use crate::session::{ProgramSession, SessionSettings};
 /// The function that is called after each response; it returns 0 to end the transfer.
 #[derive(Clone)]
 pub(super) struct Cycle {
-    function: extern "C" fn(*mut c_void) -> i32,
+    function: extern "C-unwind" fn(*mut c_void) -> i32,
     context: *mut c_void,
     /// Whether the handler was freed, perhaps by the function itself.
     freed: Arc<AtomicBool>,
@@ -35,7 +35,10 @@ unsafe impl Send for Cycle {}
 unsafe impl Sync for Cycle {}
 
 impl Cycle {
-    pub(super) fn new(function: extern "C" fn(*mut c_void) -> i32, context: *mut c_void) -> Self {
+    pub(super) fn new(
+        function: extern "C-unwind" fn(*mut c_void) -> i32,
+        context: *mut c_void,
+    ) -> Self {
         Self { function, context, freed: Arc::default() }
     }
 

@@ -28,7 +28,7 @@ pub unsafe extern "C" fn ft_ex2_new(
     areas: i32,
     host: *const c_char,
     port: *const c_char,
-    cycle: Option<extern "C" fn(*mut c_void) -> i32>,
+    cycle: Option<extern "C-unwind" fn(*mut c_void) -> i32>,
     context: *mut c_void,
 ) -> *mut Ex2 {
     guarded(ptr::null_mut(), || {

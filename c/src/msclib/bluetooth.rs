@@ -27,7 +27,7 @@ pub(crate) struct BtScan {
 const _: () = assert!(size_of::<BtScan>() == 30);
 
 /// A callback as the functions of ftMscLib get it.
-type Callback<T> = Option<unsafe extern "system" fn(*mut T)>;
+type Callback<T> = Option<unsafe extern "system-unwind" fn(*mut T)>;
 
 /// Has a callback called.
 fn call_back<T: 'static>(

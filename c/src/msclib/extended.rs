@@ -30,7 +30,7 @@ pub(crate) struct Level2 {
 }
 
 /// A callback with a context, for the result of a request.
-type Callback2<T> = Option<unsafe extern "system" fn(*mut T, Context)>;
+type Callback2<T> = Option<unsafe extern "system-unwind" fn(*mut T, Context)>;
 
 fn with_context<T>(callback: Callback2<T>) -> Option<ResultCallback<T>> {
     callback.map(ResultCallback::WithContext)

@@ -8,7 +8,7 @@ use crate::i2c::{Access, Request};
 use crate::results::I2cResult;
 
 /// A callback as the functions of ftMscLib get it.
-type Callback = unsafe extern "system" fn(*mut I2cResult);
+type Callback = unsafe extern "system-unwind" fn(*mut I2cResult);
 
 /// Reads a value from a device at the controller's I2C. Returns at once; the callback gets the value.
 #[no_mangle]

@@ -36,11 +36,11 @@ impl Event {
     }
 }
 
-pub(super) type EventCallback1 = unsafe extern "system" fn(u32, u32);
-pub(super) type EventCallback2 = unsafe extern "system" fn(u32, u32, Context);
-pub(super) type UniCallback = unsafe extern "system" fn(u32, u32, u32, u32, u8, u8, Context);
-pub(super) type CntInCallback = unsafe extern "system" fn(u32, u32, c_int, Context);
-pub(super) type CounterCallback = unsafe extern "system" fn(u32, u32, u32, i16, Context);
+pub(super) type EventCallback1 = unsafe extern "system-unwind" fn(u32, u32);
+pub(super) type EventCallback2 = unsafe extern "system-unwind" fn(u32, u32, Context);
+pub(super) type UniCallback = unsafe extern "system-unwind" fn(u32, u32, u32, u32, u8, u8, Context);
+pub(super) type CntInCallback = unsafe extern "system-unwind" fn(u32, u32, c_int, Context);
+pub(super) type CounterCallback = unsafe extern "system-unwind" fn(u32, u32, u32, i16, Context);
 
 /// A callback of the program for one kind of event.
 #[derive(Clone, Copy)]
@@ -90,8 +90,8 @@ impl EventCallback {
 
 /// A callback of the program for the result of one request.
 pub(super) enum ResultCallback<T> {
-    Alone(unsafe extern "system" fn(*mut T)),
-    WithContext(unsafe extern "system" fn(*mut T, Context)),
+    Alone(unsafe extern "system-unwind" fn(*mut T)),
+    WithContext(unsafe extern "system-unwind" fn(*mut T, Context)),
 }
 
 impl<T> ResultCallback<T> {

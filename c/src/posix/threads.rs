@@ -44,7 +44,7 @@ fn start(
     let body = move || {
         let _uncancelled = inside::uncancelled();
         let _ = tell.send(GetCurrentThreadId());
-        let code = run(argument.get());
+        let code = inside::of_program(|| run(argument.get()));
         let handle = ptr::without_provenance_mut(number);
         change(handle, |object| {
             let Object::Thread { code: its } = object else { return None };
@@ -82,7 +82,7 @@ unsafe fn give(to: *mut u32, id: u32) {
 pub unsafe extern "C" fn CreateThread(
     _security: *mut c_void,
     _stack: usize,
-    start_at: Option<extern "system" fn(*mut c_void) -> u32>,
+    start_at: Option<extern "system-unwind" fn(*mut c_void) -> u32>,
     argument: *mut c_void,
     _flags: u32,
     id: *mut u32,
@@ -99,12 +99,12 @@ pub unsafe extern "C" fn CreateThread(
 /// Begins a thread whose handle closes by itself.
 #[no_mangle]
 pub extern "C" fn _beginthread(
-    start_at: Option<extern "C" fn(*mut c_void)>,
+    start_at: Option<extern "C-unwind" fn(*mut c_void)>,
     _stack: c_uint,
     argument: *mut c_void,
 ) -> usize {
     caught(NO_THREAD, || {
-        let run = |run: extern "C" fn(*mut c_void)| {
+        let run = |run: extern "C-unwind" fn(*mut c_void)| {
             start(
                 move |argument| {
                     run(argument);
@@ -127,7 +127,7 @@ pub extern "C" fn _beginthread(
 pub unsafe extern "C" fn _beginthreadex(
     security: *mut c_void,
     stack: c_uint,
-    start_at: Option<extern "system" fn(*mut c_void) -> u32>,
+    start_at: Option<extern "system-unwind" fn(*mut c_void) -> u32>,
     argument: *mut c_void,
     flags: c_uint,
     id: *mut c_uint,

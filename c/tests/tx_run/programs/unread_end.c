@@ -1,11 +1,13 @@
 /* A PC program, in C and C++: turns M1 until I1 is pressed, and fills the pipe of its error output, which nobody reads.
-   Then an assertion fails, in C++ with THROW an exception that nobody catches is thrown, with VIRTUAL a function is called
-   that no class has yet, and with AGAIN it becomes itself once more, turns M1 until I2 is pressed, and is killed. */
+   Then an assertion fails, in C++ with THROW an exception that nobody catches is thrown, with FROM_CALLBACK and
+   FROM_THREAD it leaves a callback of the library or a thread, with VIRTUAL a function is called that no class has yet,
+   and with AGAIN it becomes itself once more, turns M1 until I2 is pressed, and is killed. */
 #include <assert.h>
 #include <fcntl.h>
 #include <signal.h>
 #include <unistd.h>
 #include <windows.h>
+#include <process.h>
 #include "ROBO_TX_FW.h"
 #include "ftMscLib.h"
 
@@ -29,6 +31,20 @@ struct Machine {
 struct Turntable : Machine {
     void turn() {}
 };
+#endif
+
+#ifdef FROM_CALLBACK
+static void __stdcall throws(DWORD controller, DWORD counter)
+{
+    throw 1;
+}
+#endif
+
+#ifdef FROM_THREAD
+static void throws(void *argument)
+{
+    throw 1;
+}
 #endif
 
 int main(int count, char **arguments)
@@ -56,6 +72,15 @@ int main(int count, char **arguments)
 #endif
 #ifdef THROW
     throw 1;
+#endif
+#ifdef FROM_CALLBACK
+    SetCBCounterResetted(throws);
+    StartCounterReset(device, 0, 0);
+    Sleep(INFINITE);
+#endif
+#ifdef FROM_THREAD
+    _beginthread(throws, 0, NULL);
+    Sleep(INFINITE);
 #endif
 #ifdef VIRTUAL
     Turntable turntable;
