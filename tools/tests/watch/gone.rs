@@ -295,6 +295,7 @@ fn a_controller_that_ends_the_connection_is_stopped_if_no_program_comes_back() {
     std::thread::sleep(Duration::from_millis(2500));
     assert!(controller.nobody_comes());
     drop(controller.stream);
+    watch.line_where(|line| line["what"] == "offline");
     drop(program);
     controller.stream = accept(&controller.listener);
     controller.is_stopped();
