@@ -1,7 +1,7 @@
 //! The samples: what they print on their own simulated TXT and with `txt simulate`, what
 //! they do with a controller on Ctrl-C, and what they say when something is missing.
 
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::{env, fs, thread};
 
@@ -172,16 +172,24 @@ fn assert_ctrl_c_stops(Table { name, user, on }: Table) {
     });
 }
 
+/// A pipe to a program that has ended.
+fn unread() -> Stdio {
+    let mut reader = Command::new(env::current_exe().unwrap());
+    reader.arg("--list").stdin(Stdio::piped()).stdout(Stdio::null());
+    let mut reader = reader.spawn().unwrap();
+    let pipe = reader.stdin.take().unwrap();
+    reader.wait().unwrap();
+    pipe.into()
+}
+
 /// Nobody but `main` has the handler, so a panic drops it. Here nobody reads what is printed.
 #[test]
 fn a_panic_in_main_stops_the_motors_too() {
     for name in ["motor_on_off_switch", "slide_on_events", "extension"] {
         let txt = SimulatedTxt::builder().start().unwrap();
         let mut sample = example(name);
-        sample.arg(txt.address().to_string()).stdout(Stdio::piped()).stderr(Stdio::null());
-        let mut child = sample.spawn().unwrap();
-        drop(child.stdout.take());
-        assert!(!child.wait().unwrap().success(), "{name}");
+        sample.arg(txt.address().to_string()).stdout(unread()).stderr(Stdio::null());
+        assert!(!sample.status().unwrap().success(), "{name}");
         let is_left = |machine: &Machine| machine.commands().last() == Some(CommandId::StopOnline);
         assert!(txt.wait_until(is_left, DEADLINE), "{name}");
     }
