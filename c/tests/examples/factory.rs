@@ -154,9 +154,15 @@ fn is_thorough() -> bool {
     env::var_os("THOROUGH").is_some()
 }
 
-/// The first one is of another colour than the one that the processing station has when it is alone.
-const RED_FIRST: [Piece; 3] = [Piece::Red, Piece::White, Piece::Blue];
-const BLUE_FIRST: [Piece; 3] = [Piece::Blue, Piece::White, Piece::Red];
+/// The workpieces that go through the factory: one, or of each colour when it is thorough. The first one is of another
+/// colour than the one that the processing station has when it is alone.
+fn orders() -> &'static [Piece] {
+    if is_thorough() {
+        &[Piece::Blue, Piece::White, Piece::Red]
+    } else {
+        &[Piece::Red]
+    }
+}
 
 /// The shipped factory; with faster motors, to save a minute, unless it is thorough.
 fn factory() -> SimulatedFactory {
@@ -170,12 +176,12 @@ fn factory() -> SimulatedFactory {
     SimulatedFactory::start(factory, 0, |_, builder| hasten(builder)).expect("free ports")
 }
 
-/// Controllers, with their programs and arguments as in the documents.
-const STATIONS: [(&str, &str, &str); 4] = [
-    ("warehouse", "high_bay_warehouse", "6"),
-    ("robot", "gripper_robot", "3"),
-    ("processing", "processing_station", "3"),
-    ("sorting", "sorting_line", "3"),
+/// Controllers with their programs, and how often each has to do with a workpiece.
+const STATIONS: [(&str, &str, usize); 4] = [
+    ("warehouse", "high_bay_warehouse", 2),
+    ("robot", "gripper_robot", 1),
+    ("processing", "processing_station", 1),
+    ("sorting", "sorting_line", 1),
 ];
 
 #[cfg_attr(windows, ignore = "no Mosquitto is expected there")]
@@ -185,14 +191,12 @@ fn workpieces_go_through_the_whole_factory_and_come_back() {
     let factory = factory();
     let txt = |name| factory.txt(name).expect("it is one of them");
     thread::scope(|scope| {
-        for (name, station, arguments) in STATIONS {
-            let (txt, broker) = (txt(name), &broker);
+        for (name, station, times) in STATIONS {
+            let (txt, broker, times) = (txt(name), &broker, times * orders().len());
             // What it has said is shown if the test fails.
-            scope.spawn(move || print!("{}", run(station, arguments, txt, broker)));
+            scope.spawn(move || print!("{}", run(station, &times.to_string(), txt, broker)));
         }
-        for wanted in if is_thorough() { BLUE_FIRST } else { RED_FIRST } {
-            order(txt("robot"), wanted);
-        }
+        orders().iter().for_each(|wanted| order(txt("robot"), *wanted));
     });
     let mut pieces =
         txt("robot").with_machine(|machine| machine.world().expect("it has one").pieces());
