@@ -27,11 +27,10 @@ export class Connection {
   }
 
   open() {
-    const address = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws?token=${encodeURIComponent(token)}`;
     // The first one is of socket.js.
     const early = window.panelEarly;
     window.panelEarly = null;
-    const socket = early?.socket ?? new WebSocket(address);
+    const socket = early?.socket ?? window.panelConnect();
     this.socket = socket;
     this.silent = 0;
     this.begun = early?.begun ?? performance.now();

@@ -3,7 +3,10 @@
 (function () {
   if (!window.panelToken) return;
   const scheme = location.protocol === "https:" ? "wss" : "ws";
-  const socket = new WebSocket(`${scheme}://${location.host}/ws?token=${encodeURIComponent(window.panelToken)}&early=true`);
+  const address = `${scheme}://${location.host}/ws?token=${encodeURIComponent(window.panelToken)}`;
+  // For connection.js, when this one is lost.
+  window.panelConnect = () => new WebSocket(address);
+  const socket = new WebSocket(`${address}&early=true`);
   const early = { socket, begun: performance.now(), said: [] };
   // No more than a few messages: the program waits for a first one of this page.
   const keep = (event) => early.said.push(event.data);
