@@ -30,11 +30,10 @@ pub(crate) fn line_at(text: &[u8], index: usize) -> usize {
     1 + text.iter().take(index).filter(|byte| **byte == b'\n').count()
 }
 
-#[cfg(test)]
+#[cfg(all(test, unix))]
 mod tests {
     use super::*;
 
-    #[cfg(unix)]
     #[test]
     fn only_files_of_a_few_bytes_in_utf_8_are_read() {
         let folder = tempfile::tempdir().unwrap();

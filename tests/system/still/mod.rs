@@ -1,6 +1,6 @@
 //! A recorder whose file stands still.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
@@ -55,6 +55,7 @@ impl Recording {
 /// Makes a pipe with a name, and opens it so that nothing waits for another end.
 #[cfg(unix)]
 fn pipe(path: &Path) -> Option<File> {
+    use std::fs::OpenOptions;
     use std::os::unix::fs::OpenOptionsExt;
 
     nix::unistd::mkfifo(path, nix::sys::stat::Mode::S_IRWXU).unwrap();

@@ -2,9 +2,8 @@
 
 use std::io::{Read, Write};
 use std::net::TcpListener;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::thread;
-use std::time::Duration;
 
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -95,6 +94,9 @@ fn a_broker_that_sends_garbage_is_left_and_tried_again() {
 #[cfg(target_os = "linux")]
 #[test]
 fn lookups_of_a_brokers_name_that_take_long_do_not_add_up() {
+    use std::process::Stdio;
+    use std::time::Duration;
+
     // Only root may listen where name servers do.
     let Ok(_silent) = std::net::UdpSocket::bind("127.53.53.53:53") else {
         eprintln!("skipped: no name server can be made here");

@@ -3,7 +3,7 @@
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::{json, Value};
 
-use super::support::{is_state, m1, wait_machine, Bridge, Broker, Listener};
+use super::support::{is_state, Bridge, Broker, Listener};
 
 /// What another bridge of the same name would say. An answer is printed, and published as an error.
 fn other_bridge(number: usize, host: &str) -> String {
@@ -26,6 +26,8 @@ fn online(broker: &Broker) -> (SimulatedTxt, Bridge, Listener) {
 #[cfg(unix)]
 #[test]
 fn a_paused_terminal_delays_neither_a_stop_nor_the_end() {
+    use super::support::{m1, wait_machine};
+
     let Some(broker) = Broker::start() else { return };
     let txt = SimulatedTxt::builder().start().unwrap();
     let host = txt.address().to_string();

@@ -8,7 +8,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::{json, Value};
-use socket2::SockRef;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::http::Request;
 use tungstenite::{Error, HandshakeError, Message, Utf8Bytes, WebSocket};
@@ -213,9 +212,10 @@ impl Page {
     }
 
     /// Sends so many pings, each with as many bytes as there may be, and reads a part of the answers.
+    #[cfg(target_os = "linux")]
     pub(crate) fn ping_and_read_slowly(mut self, pings: usize) {
         let stream = &self.socket.get_ref().stream;
-        SockRef::from(stream).set_recv_buffer_size(64 << 10).unwrap();
+        socket2::SockRef::from(stream).set_recv_buffer_size(64 << 10).unwrap();
         let mut writes = stream.try_clone().unwrap();
         // A ping of this length, masked by zeros.
         let frame = [&[0x89, 0x80 | 125, 0, 0, 0, 0][..], &[0; 125]].concat().repeat(1000);

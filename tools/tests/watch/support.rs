@@ -167,6 +167,7 @@ impl KitClient {
     }
 
     /// Goes online and configures nothing.
+    #[cfg(target_os = "linux")]
     pub(crate) fn without_configuration(to: SocketAddr) -> Self {
         Self::started(connect(to))
     }
