@@ -42,7 +42,7 @@ fn truncated_commands_are_not_carried_out() {
 
 #[test]
 fn a_truncated_command_on_an_open_connection_ends_at_the_idle_limit() {
-    let txt = unpaced().idle_limit(Duration::from_millis(50)).start().unwrap();
+    let txt = unpaced().idle_limit(Duration::from_millis(300)).start().unwrap();
     for command in commands() {
         let mut client = Client::online(&txt);
         client.send(&command[..command.len() - 1]);

@@ -1,6 +1,6 @@
 //! The oddities that the simulated TXT notes, and that a correct client causes none.
 
-use std::net::{Ipv4Addr, TcpStream};
+use std::net::{Ipv4Addr, Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 use std::{io, thread};
 
@@ -236,7 +236,12 @@ fn assert_farewell_is_not_odd(kind: FaultKind, response: u64) {
     let txt = unpaced().extensions(1).on_exchange(flicker).fault(fault).start().unwrap();
     let handler = hasty_handler(&txt);
     handler.begin_transfer().unwrap();
-    while handler.areas().wait_cycle().is_ok() {}
+    // On a busy machine, what is late for the controller may still be in time for the client.
+    let is_in_time = (0..1000).all(|_| handler.areas().wait_cycle().is_ok());
+    if is_in_time {
+        assert!(matches!(kind, FaultKind::Delay(_)), "{kind:?} {response} ends nothing");
+        return;
+    }
     assert!(txt.wait_until(|machine| !machine.connected(), LIMIT));
     assert_eq!(oddities(&txt), [""; 0], "{kind:?} {response}");
     let said = txt.with_machine(|machine| machine.commands().next_back());
@@ -317,7 +322,8 @@ fn a_camera_that_is_started_twice_or_left_open_is_odd() {
     let txt = unpaced().camera_start_up(Duration::ZERO).start().unwrap();
     let mut client = Client::online(&txt);
     client.start_camera(settings);
-    drop(served(&txt, 1));
+    // Dropping is not enough: while another test starts a program, this has the connection, too.
+    served(&txt, 1).shutdown(Shutdown::Both).unwrap();
     stop(&mut client);
     client.start_camera(settings);
     assert_eq!(oddities(&txt), [""; 0]);
