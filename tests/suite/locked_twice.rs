@@ -2,16 +2,19 @@
 
 use std::any::Any;
 use std::cell::RefCell;
+use std::env;
 use std::ops::ControlFlow;
 use std::panic::{self, catch_unwind, AssertUnwindSafe};
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Input, Motor};
 use ft_transfer_area::{Error, TransferAreaComHandler, TransferAreas};
+use ft_transfer_area_simulator::Machine;
 
-use crate::support::{check_client, handler_for, strict, wait_until, DEADLINE};
+use crate::support::{check_client, handler_for, strict, unpaced, wait_until, DEADLINE};
 
 fn text(panic: &(dyn Any + Send)) -> &str {
     panic.downcast_ref::<String>().map_or("no text", String::as_str)
@@ -131,6 +134,59 @@ fn in_a_hook() {
     while handler.areas().wait_cycle().is_ok() {}
     assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
     wait_until(&txt, "the end", |machine| !machine.connected());
+}
+
+/// Set for the process that locks twice while it panics: how, and the address of its controller.
+const PANICS: &str = "LOCKED_TWICE_PANICS";
+
+/// The second panic aborts the program before the guard and the handler are dropped.
+#[test]
+fn in_a_panic_the_motors_stop_before_the_program_is_aborted() {
+    if let Ok(role) = env::var(PANICS) {
+        let (how, address) = role.split_once(' ').unwrap();
+        return panic_and_lock(how, address);
+    }
+    for how in ["drop", "hook"] {
+        let txt = unpaced().start().unwrap();
+        let name = "locked_twice::in_a_panic_the_motors_stop_before_the_program_is_aborted";
+        let mut program = Command::new(env::current_exe().unwrap());
+        program.args(["--exact", name, "--nocapture"]);
+        program.env(PANICS, format!("{how} {}", txt.address()));
+        let mut program = program.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        wait_until(&txt, "a running motor", is_on);
+        assert!(!program.wait().unwrap().success());
+        wait_until(&txt, "the end", |machine| !machine.connected());
+        assert!(!txt.with_machine(|machine| is_on(machine)), "in the {how}");
+    }
+}
+
+fn is_on(machine: &Machine) -> bool {
+    machine.controllers[0].outputs.duty[0] == 512
+}
+
+fn panic_and_lock(how: &str, address: &str) {
+    struct MotorsOff(TransferAreas);
+
+    impl Drop for MotorsOff {
+        fn drop(&mut self) {
+            self.0.lock()[LOCAL_IO].output.duty[0] = 0;
+        }
+    }
+
+    let handler = TransferAreaComHandler::builder(address).build().unwrap();
+    handler.begin_transfer().unwrap();
+    handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
+    while handler.areas().wait_cycle().unwrap().cycle() < 3 {}
+    let off = MotorsOff(handler.areas().clone());
+    let _guard = handler.areas().wait_cycle().unwrap();
+    let _dropped_first = match how {
+        "hook" => {
+            panic::set_hook(Box::new(move |_| off.0.lock()[LOCAL_IO].output.duty[0] = 0));
+            None
+        }
+        _ => Some(off),
+    };
+    panic!("under a guard");
 }
 
 #[test]

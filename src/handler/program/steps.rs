@@ -1,6 +1,7 @@
 //! What the program's threads do with the state that they share with the transfer thread.
 
 use std::sync::Arc;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::camera::CameraControl;
@@ -17,6 +18,10 @@ use crate::handler::sync::{current_thread, now, thread_id, wait_until, MutexGuar
 /// How long setting and clearing a cycle hook waits for the one before. The models' time moves at random.
 const PATIENCE: Duration =
     if cfg!(all(test, shuttle)) { Duration::MAX } else { Duration::from_millis(500) };
+
+/// How long the last exchange may take before a second panic aborts the program.
+const LAST_EXCHANGE: Duration =
+    if cfg!(all(test, shuttle)) { Duration::MAX } else { Duration::from_secs(3) };
 
 impl Shared {
     /// Locks the areas and brings them up to date.
@@ -45,8 +50,9 @@ impl Shared {
         match state.held_by(thread_id()) {
             None => state,
             Some(since) => {
-                drop(state);
-                panic_of_holder(now() - since)
+                let held = now() - since;
+                self.end_before_abort(state);
+                panic_of_holder(held)
             }
         }
     }
@@ -57,13 +63,29 @@ impl Shared {
         let state = self.state_of_others();
         let is_called = state.tickets.is_called(thread_id());
         if is_called {
-            drop(state);
+            self.end_before_abort(state);
             panic!(
                 "the cycle hook waits for a response in its own call, which would wait for itself; \
                  return, and the hook is called with the response"
             );
         }
         state
+    }
+
+    /// This thread is going to panic. When it already does, that aborts the program, and nothing more is dropped: so its
+    /// motors are stopped here.
+    fn end_before_abort(&self, mut state: MutexGuard<'_, State>) {
+        if !thread::panicking() {
+            return;
+        }
+        state.transfer.ask_to_stop(Stop::ProgramPanicked);
+        self.attended.notify_one();
+        let deadline = now().checked_add(LAST_EXCHANGE);
+        while state.transfer.is_running() {
+            if wait_until(&self.changed, &mut state, deadline) {
+                break;
+            }
+        }
     }
 
     /// Takes the areas back from a guard; after a panic as they were before it.
