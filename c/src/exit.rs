@@ -68,7 +68,11 @@ pub(crate) fn watch_signals() {
 /// It is called before the transfer begins, so that none is missed by an end that comes meanwhile.
 pub(crate) fn watch<T: Transfer + 'static>(transfer: &Arc<T>) {
     static REGISTER: Once = Once::new();
-    REGISTER.call_once(|| at_exit(end_at_exit));
+    REGISTER.call_once(|| {
+        at_exit(end_at_exit);
+        #[cfg(unix)]
+        system::at_exit_of_python(ft_end_transfers);
+    });
     system::watch();
     let own = std::process::id();
     let transfer: Weak<dyn Transfer> = Arc::<T>::downgrade(transfer);

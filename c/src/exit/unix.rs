@@ -1,8 +1,10 @@
 //! What ends a program on systems with signals.
 
+use std::env;
 use std::ffi::{c_int, c_void};
 use std::io;
 use std::mem::{transmute, zeroed};
+use std::path::PathBuf;
 use std::process;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering};
@@ -97,6 +99,28 @@ pub(crate) fn at_exit(function: extern "C" fn()) {
         let found = libc::dlsym(libc::RTLD_DEFAULT, c"__cxa_at_quick_exit".as_ptr());
         if !found.is_null() {
             transmute::<*mut c_void, AtQuickExit>(found)(function, ptr::null());
+        }
+    }
+}
+
+/// Has Python call this before it ends. After Ctrl-C that nothing in the program takes, it ends itself by the signal with
+/// its default action, so no function of `atexit` is called.
+pub(super) fn at_exit_of_python(function: extern "C" fn()) {
+    type PyAtExit = unsafe extern "C" fn(extern "C" fn()) -> c_int;
+    // A program that only has Python within it may go on when that has ended.
+    let is_python = |file: PathBuf| {
+        let name = file.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+        name.starts_with("python")
+    };
+    if !env::current_exe().is_ok_and(is_python) {
+        return;
+    }
+    // SAFETY: the name is that of one function of Python, which keeps the function of this library. It lives as long as the
+    // library, does not unwind, and calls nothing of Python.
+    unsafe {
+        let found = libc::dlsym(libc::RTLD_DEFAULT, c"Py_AtExit".as_ptr());
+        if !found.is_null() {
+            transmute::<*mut c_void, PyAtExit>(found)(function);
         }
     }
 }

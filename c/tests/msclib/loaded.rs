@@ -2,10 +2,12 @@
 
 use std::env;
 use std::path::PathBuf;
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
 
 use ft_transfer_area_simulator::world::World;
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use libloading::library_filename;
 
 use super::api::NAMES;
@@ -69,4 +71,38 @@ fn the_sample_in_python_drives_a_motor_in_both_exchanges() {
         let pulses = txt.with_machine(|it| it.controllers[0].counter[0]);
         assert!(pulses >= 100, "{mode}: {pulses} pulses");
     }
+}
+
+/// Leaves M1 on, and is in no function of the library when it ends.
+const LEFT_ON: &str = r#"
+import ctypes, os, signal, sys, time
+library = ctypes.CDLL(os.environ["FTMSCLIB"])
+library.ftxOpenComDevice.restype = ctypes.c_void_p
+library.ftxInitLib()
+device = ctypes.c_void_p(library.ftxOpenComDevice(b"COM4", 38400, ctypes.byref(ctypes.c_uint32())))
+library.ftxStartTransferArea(device)
+library.SetOutMotorValues(device, 0, 0, 512, 0)
+# The test may ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+time.sleep(60)
+"#;
+
+/// Python takes the signal, and ends itself by it with nothing else called: it has its own end.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_in_a_program_in_python_stops_the_motors() {
+    let Some(mut python) = python() else { return };
+    let txt = start(SimulatedTxt::builder());
+    python.args(["-c", LEFT_ON]).env("FTMSCLIB", library()).stderr(Stdio::null());
+    python.env("FT_TXT_PORTS", format!("COM4={}", txt.address()));
+    let mut program = python.spawn().expect("Python runs");
+    let is_on = |machine: &Machine| machine.controllers[0].outputs.duty[0] == 512;
+    assert!(txt.wait_until(is_on, Duration::from_secs(30)));
+    // It may not sleep yet.
+    thread::sleep(Duration::from_millis(100));
+    let kill = Command::new("kill").args(["-INT", &program.id().to_string()]).status();
+    assert!(kill.expect("kill runs").success());
+    assert!(!program.wait().expect("it ends").success());
+    assert!(txt.wait_until(|machine| !machine.connected(), Duration::from_secs(30)));
+    stands(&txt);
 }
