@@ -1,6 +1,6 @@
 //! What a log of all cycles has.
 
-use std::net::IpAddr;
+use std::net::SocketAddr;
 use std::time::Instant;
 
 use super::event::TimedEvent;
@@ -57,8 +57,8 @@ pub struct LoggedBeginning {
     pub device_name: String,
     /// The version of its firmware.
     pub firmware: FirmwareVersion,
-    /// Its address.
-    pub address: Option<IpAddr>,
+    /// Its address, with the main port.
+    pub address: Option<SocketAddr>,
     /// How many areas the handler has.
     pub areas: usize,
 }

@@ -112,7 +112,7 @@ impl State {
             at,
             device_name,
             firmware,
-            address: self.controller.as_ref().and_then(|it| it.address).map(|it| it.ip()),
+            address: self.controller.as_ref().and_then(|it| it.address),
             areas: self.hand_over.outgoing().len(),
         })
     }

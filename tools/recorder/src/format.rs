@@ -1,8 +1,9 @@
 //! What is in a file: its head, its topics and its messages.
 
+use std::net::SocketAddr;
 use std::time::Duration;
 
-use ft_transfer_area::{Event, LoggedBeginning, TimedEvent};
+use ft_transfer_area::{Event, LoggedBeginning, TimedEvent, PORT};
 use serde::{Deserialize, Serialize};
 use serde_json::{json, Value};
 
@@ -65,7 +66,7 @@ pub enum Transfer {
         device_name: String,
         /// The version of its firmware, as `4.6.6`. It is empty, as the name, when the controller was not asked.
         firmware: String,
-        /// Its address; empty if it is not known.
+        /// Its address, with the port unless that is 65000; empty if it is not known.
         address: String,
         /// How many areas the handler has.
         areas: usize,
@@ -102,12 +103,21 @@ pub enum Transfer {
     EndedBy(Failure),
 }
 
+/// With its port, unless that is the usual one.
+fn address_text(address: SocketAddr) -> String {
+    if address.port() == PORT {
+        address.ip().to_string()
+    } else {
+        address.to_string()
+    }
+}
+
 impl From<&LoggedBeginning> for Transfer {
     fn from(began: &LoggedBeginning) -> Self {
         Self::Began {
             device_name: began.device_name.clone(),
             firmware: began.firmware.to_string(),
-            address: began.address.map(|address| address.to_string()).unwrap_or_default(),
+            address: began.address.map(address_text).unwrap_or_default(),
             areas: began.areas,
         }
     }

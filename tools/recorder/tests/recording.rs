@@ -106,9 +106,12 @@ fn a_recording_in_parts_has_each_cycle_once_and_each_part_begins_with_the_contro
         assert!(last_end.is_none_or(|end| started > end), "{file:?}");
         let (entries, is_cut_off) = read(file).unwrap();
         assert!(!is_cut_off);
-        let Transfer::Began { device_name, firmware, areas, .. } = transfers(&entries)[0] else {
+        let Transfer::Began { device_name, firmware, address, areas } = transfers(&entries)[0]
+        else {
             panic!("{entries:?}");
         };
+        // Several simulated controllers have one address.
+        assert_eq!(*address, txt.address().to_string());
         assert_eq!((&**device_name, &**firmware, *areas), ("Night", "4.7.0", 1));
         let cycles = cycles(&entries);
         let Some(first) = cycles.first() else {

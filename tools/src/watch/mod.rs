@@ -130,11 +130,9 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     let main = listeners[0].local_addr()?;
     // Without a page nobody can ask for a file later.
     let (record, button) = match output {
-        Some(output) => {
-            Some(Record::start(output, args.in_parts.options(), controller.ip())?).unzip()
-        }
+        Some(output) => Some(Record::start(output, args.in_parts.options(), controller)?).unzip(),
         None if args.no_page => (None, None),
-        None => Some(Record::keep(controller.ip())).unzip(),
+        None => Some(Record::keep(controller)).unzip(),
     };
     drop(reader);
     let gate = Arc::<Gate>::default();
@@ -210,8 +208,16 @@ fn wait(interrupted: &Receiver<()>, relay: &Relay) -> anyhow::Result<()> {
 
 fn start(words: &[OsString], main: SocketAddr) -> anyhow::Result<Program> {
     // Not all programs take an address with a port.
-    let address = if main.port() == PORT { main.ip().to_string() } else { main.to_string() };
-    Program::start(words, &address, Reads::OurInput)
+    Program::start(words, &address_text(main), Reads::OurInput)
+}
+
+/// With its port, unless that is the usual one.
+fn address_text(address: SocketAddr) -> String {
+    if address.port() == PORT {
+        address.ip().to_string()
+    } else {
+        address.to_string()
+    }
 }
 
 /// Waits until a program has ended. Ctrl-C ends it, too.

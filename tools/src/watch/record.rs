@@ -1,6 +1,6 @@
 //! What passes, into a recording.
 
-use std::net::IpAddr;
+use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -139,7 +139,7 @@ impl Record {
     pub(super) fn start(
         output: Output,
         options: Options,
-        address: IpAddr,
+        address: SocketAddr,
     ) -> anyhow::Result<(Self, Button)> {
         let (recorder, feed) = Recorder::fed(output.first(), options)?;
         let (frames, shown) = (recorder.frames(), Shown::default());
@@ -150,15 +150,15 @@ impl Record {
     }
 
     /// Into memory, and how pages make a file of it.
-    pub(super) fn keep(address: IpAddr) -> (Self, Button) {
+    pub(super) fn keep(address: SocketAddr) -> (Self, Button) {
         let (keeper, button) = Keeper::new();
         (Self::new(Into::Memory(keeper), address), button)
     }
 
-    fn new(into: Into, address: IpAddr) -> Self {
+    fn new(into: Into, address: SocketAddr) -> Self {
         Self {
             into,
-            address: address.to_string(),
+            address: super::address_text(address),
             controllers: Controllers::default(),
             begins: false,
             unclear: None,

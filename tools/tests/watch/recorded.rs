@@ -29,7 +29,10 @@ fn a_recording_by_the_page_begins_before_the_click_and_ends_at_the_stop() {
     let (begin, end) = file.range();
     assert_eq!(begin, 1);
     assert!(before <= end && end < after, "{before} {end} {after}");
-    assert!(matches!(&file.transfers[..], [Transfer::Began { .. }]), "{:?}", file.transfers);
+    let [Transfer::Began { address, .. }] = &file.transfers[..] else {
+        panic!("{:?}", file.transfers);
+    };
+    assert_eq!(*address, txt.address().to_string());
     let duties = file.cycles.iter().map(|cycle| cycle.areas[0].output.duty[0]);
     assert!([300, 400].into_iter().all(|duty| duties.clone().any(|one| one == duty)));
 

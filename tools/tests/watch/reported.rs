@@ -148,7 +148,8 @@ fn a_recording_has_no_version_that_nobody_has_asked_for() {
     assert_eq!((&**device_name, &**firmware), ("", ""));
     let path = path.to_str().unwrap();
     let info = String::from_utf8(run(&["info", path]).stdout).unwrap();
-    assert!(info.starts_with("controller   unknown at 127.0.0.1, firmware unknown\n"), "{info}");
+    let begins = format!("controller   unknown at {}, firmware unknown\n", controller.address());
+    assert!(info.starts_with(&begins), "{info}");
     let replay = Running::start(&mut txt(&["replay", path, "--port", "0"]));
     assert!(replay.line().contains("(unknown, firmware unknown, 1 cycles)"));
 }
@@ -183,7 +184,8 @@ fn page_and_recording_have_the_controller_that_each_program_itself_was_told() {
 
     let info = String::from_utf8(run(&["info", path.to_str().unwrap()]).stdout).unwrap();
     let mut lines = info.lines();
-    assert!(lines.next().unwrap().starts_with("controller   FIRST at 127.0.0.1, "), "{info}");
+    let begins = format!("controller   FIRST at {address}, ");
+    assert!(lines.next().unwrap().starts_with(&begins), "{info}");
     assert!(lines.next().unwrap().ends_with(" s) on unknown, firmware unknown"), "{info}");
     assert!(lines.next().unwrap().ends_with(" s) on SECOND, firmware 4.7.0"), "{info}");
 }
