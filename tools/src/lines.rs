@@ -138,6 +138,47 @@ impl Rarely {
     }
 }
 
+/// How many lines of what comes and goes are printed in a minute.
+const CHANGES_A_MINUTE: u32 = 40;
+
+/// For what comes and goes: each change is printed, unless there are so many that they would fill a disk.
+#[derive(Default)]
+pub(crate) struct Changes {
+    /// When the minute has begun.
+    since: Option<Instant>,
+    printed: u32,
+    left_out: u64,
+}
+
+impl Changes {
+    /// The lines that are printed for this change now.
+    pub(crate) fn printed_now(&mut self, line: &str, now: Instant) -> Vec<String> {
+        let is_over = |since| now.saturating_duration_since(since) >= MINUTE;
+        let mut lines = Vec::new();
+        if self.since.is_none_or(is_over) {
+            if self.left_out > 0 {
+                lines.push(format!("{} further changes were left out", self.left_out));
+            }
+            *self = Self { since: Some(now), ..Self::default() };
+        }
+        match self.printed {
+            CHANGES_A_MINUTE => {
+                if self.left_out == 0 {
+                    lines.push(
+                        "too many changes: further ones of this minute are only counted".to_owned(),
+                    );
+                }
+                self.left_out += 1;
+            }
+            _ => {
+                self.printed += 1;
+                lines.push(line.to_owned());
+            }
+        }
+        lines
+    }
+}
+
 /// How many bytes of messages of the logger are printed in a minute, of errors as many more. What causes them may come
 /// again and again, and each time with another number in its message.
 const ROOM_A_MINUTE: usize = 16 << 10;
@@ -270,6 +311,17 @@ mod tests {
         let next = printed(1, "b").unwrap();
         assert!(next.contains(" further messages were left out\nb"), "{next}");
         assert_eq!(printed(2, "b"), Some("b".to_owned()));
+    }
+
+    #[test]
+    fn of_what_comes_and_goes_only_so_much_is_printed_in_a_minute() {
+        let (mut changes, begin) = (Changes::default(), Instant::now());
+        let mut printed = |seconds| changes.printed_now("a", begin + Duration::from_secs(seconds));
+        (0..40).for_each(|second| assert_eq!(printed(second), ["a"]));
+        assert_eq!(printed(41), ["too many changes: further ones of this minute are only counted"]);
+        assert!(printed(42).is_empty());
+        assert_eq!(printed(60), ["2 further changes were left out", "a"]);
+        assert_eq!(printed(120), ["a"]);
     }
 
     #[test]

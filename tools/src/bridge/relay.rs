@@ -16,7 +16,7 @@ use super::report::{json, say, Complaint, Master, PublishedEvent, Stage, State};
 use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
 use super::values::{Noise, Values};
 use crate::commands::stop_all;
-use crate::lines::{Rarely, Repeated};
+use crate::lines::{Changes, Rarely, Repeated};
 
 /// How long the last messages may take to the broker.
 const LEAVE_LIMIT: Duration = Duration::from_secs(2);
@@ -61,6 +61,8 @@ pub(crate) struct Relay {
     another: Rarely,
     /// Stops, of which others may cause as many as they like.
     stops: Repeated,
+    /// Connections that come and go.
+    changes: Changes,
     /// Whether the motors were stopped because a command was too old, and this was not published yet.
     too_late: bool,
     due: Due,
@@ -100,6 +102,7 @@ impl Relay {
             printed: None,
             another: Rarely::default(),
             stops: Repeated::default(),
+            changes: Changes::default(),
             too_late: false,
             due: Due::default(),
         }
@@ -114,6 +117,10 @@ impl Relay {
 
     pub(crate) fn say(&self, line: &str) {
         say(&self.setup.name, line);
+    }
+
+    fn say_changed(&mut self, line: &str) {
+        self.changes.printed_now(line, Instant::now()).iter().for_each(|line| self.say(line));
     }
 
     pub(crate) fn is(&self, stage: Stage) -> bool {
@@ -134,8 +141,8 @@ impl Relay {
             return;
         }
         match &reason {
-            Some(reason) => self.say(reason),
-            None => self.say(&format!("online as {}", self.setup.topics.of(""))),
+            Some(reason) => self.say_changed(reason),
+            None => self.say_changed(&format!("online as {}", self.setup.topics.of(""))),
         }
         (self.state.state, self.state.reason) = (stage, reason);
         self.due.state = true;
@@ -227,7 +234,7 @@ impl Relay {
         self.publisher = Some(publisher);
         self.has_been_up = true;
         self.printed = None;
-        self.say("connected to the broker");
+        self.say_changed("connected to the broker");
         self.values.forget();
         self.due = Due { state: true, master: true };
         self.publish_due();
@@ -245,7 +252,7 @@ impl Relay {
         if was_up {
             self.stopped(reason);
         } else if self.printed.as_ref() != Some(&reason) {
-            self.say(&format!("{reason}; trying again"));
+            self.say_changed(&format!("{reason}; trying again"));
             self.printed = Some(reason);
         }
     }

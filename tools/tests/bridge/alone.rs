@@ -54,6 +54,21 @@ fn without_a_broker_the_bridge_says_so_and_tries_again_until_it_is_ended() {
     wait_machine(&txt, "offline", |machine| !machine.online());
 }
 
+/// Each connection is lost after an exchange, and made again at once.
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
+#[test]
+fn a_controller_that_comes_and_goes_fills_no_disk_with_lines() {
+    let lost = (0..60).map(|_| "cut@exchange:1".parse().unwrap());
+    let txt = lost.fold(SimulatedTxt::builder(), |txt, fault| txt.fault(fault)).start().unwrap();
+    let mut bridge = Bridge::start(1, [&*txt.address().to_string()]);
+    bridge.wait_for("too many changes");
+    bridge.interrupt();
+    // Whether it could stop the motors depends on the moment.
+    bridge.wait();
+    let printed = bridge.count("online as") + bridge.count("was lost");
+    assert!(printed <= 40, "{printed}");
+}
+
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn a_broker_that_sends_garbage_is_left_and_tried_again() {
