@@ -18,6 +18,12 @@ mod system;
 #[path = "exit/windows.rs"]
 mod system;
 
+#[cfg(unix)]
+#[path = "exit/stack.rs"]
+mod stack;
+
+#[cfg(unix)]
+pub(crate) use stack::Stack;
 pub(crate) use system::{at_exit, threads_are_gone};
 #[cfg(unix)]
 pub(crate) use system::{ends, ends_by_ctrl_c, handler_of, on_end, take_over, SUSPENDS};

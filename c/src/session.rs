@@ -240,6 +240,8 @@ impl<A: Area> ProgramSession<A> {
         let thread = thread::Builder::new().name("transfer area of C".into());
         let programs = Programs::of_this_thread();
         let run = move || {
+            #[cfg(unix)]
+            let _stack = crate::exit::Stack::give();
             programs.begin();
             shared.run();
         };

@@ -3,7 +3,7 @@
 use std::env;
 use std::ffi::{c_int, c_void};
 use std::io;
-use std::mem::{transmute, zeroed};
+use std::mem::{self, transmute, zeroed};
 use std::path::PathBuf;
 use std::process;
 use std::ptr;
@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
-use super::{end_all, goes_on};
+use super::{end_all, goes_on, Stack};
 use crate::ffi::guarded;
 use crate::inside;
 use crate::posix::terminal_again;
@@ -103,8 +103,8 @@ pub(crate) fn at_exit(function: extern "C" fn()) {
     }
 }
 
-/// Has Python call this before it ends. After Ctrl-C that nothing in the program takes, it ends itself by the signal with
-/// its default action, so no function of `atexit` is called.
+/// Has Python call this before it ends. After Ctrl-C that nothing in the program takes, it ends itself by the signal
+/// with its default action, so no function of `atexit` is called.
 pub(super) fn at_exit_of_python(function: extern "C" fn()) {
     type PyAtExit = unsafe extern "C" fn(extern "C" fn()) -> c_int;
     // A program that only has Python within it may go on when that has ended.
@@ -115,8 +115,8 @@ pub(super) fn at_exit_of_python(function: extern "C" fn()) {
     if !env::current_exe().is_ok_and(is_python) {
         return;
     }
-    // SAFETY: the name is that of one function of Python, which keeps the function of this library. It lives as long as the
-    // library, does not unwind, and calls nothing of Python.
+    // SAFETY: the name is that of one function of Python, which keeps the function of this library. That one lives as
+    // long as the library, does not unwind, and calls nothing of Python.
     unsafe {
         let found = libc::dlsym(libc::RTLD_DEFAULT, c"Py_AtExit".as_ptr());
         if !found.is_null() {
@@ -140,7 +140,8 @@ pub(super) fn watch() {
     let own = process::id();
     if WATCHED_BY.load(Ordering::Acquire) != own {
         stay_loaded();
-        give_stack();
+        // This thread may be any of the program.
+        mem::forget(Stack::give());
         #[cfg(not(any(miri, asan)))]
         crate::allocator::survive_forks();
         CAME.store(0, Ordering::Release);
@@ -180,21 +181,6 @@ fn stay_loaded() {
             let how = libc::RTLD_NOW | libc::RTLD_NOLOAD | libc::RTLD_NODELETE;
             libc::dlopen(found.dli_fname, how);
         }
-    }
-}
-
-/// Handlers run on a stack of their own in this thread, unless the program has given it one: its other one may be full.
-fn give_stack() {
-    const SIZE: usize = 64 << 10;
-    // SAFETY: integers and pointers, for which all bits 0 are valid.
-    let mut present: libc::stack_t = unsafe { zeroed() };
-    // SAFETY: the place for what is there is this function's.
-    let is_known = unsafe { libc::sigaltstack(ptr::null(), &raw mut present) } == 0;
-    if is_known && present.ss_flags & libc::SS_DISABLE != 0 {
-        let stack = Box::leak(vec![0_u8; SIZE].into_boxed_slice());
-        let stack = libc::stack_t { ss_sp: stack.as_mut_ptr().cast(), ss_flags: 0, ss_size: SIZE };
-        // SAFETY: the stack is never freed. Without it a full stack ends the program at once.
-        unsafe { libc::sigaltstack(&raw const stack, ptr::null_mut()) };
     }
 }
 
@@ -322,6 +308,9 @@ pub(super) fn end_as_asked() {
     if signal != 0 {
         terminal_again();
         end_by(signal);
+        // The first process of a container is not ended by a default action.
+        // SAFETY: a call without pointers.
+        unsafe { libc::_exit(128 + signal) };
     }
 }
 

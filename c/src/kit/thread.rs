@@ -47,7 +47,12 @@ impl Threaded {
         let should_end = Arc::new(AtomicBool::new(false));
         let (kit, ends) = (Arc::clone(&self.kit), Arc::clone(&should_end));
         let thread = thread::Builder::new().name("transfer area of C".into());
-        let thread = thread.spawn(move || exchange(&kit, mode, &ends)).map_err(|error| {
+        let run = move || {
+            #[cfg(unix)]
+            let _stack = crate::exit::Stack::give();
+            exchange(&kit, mode, &ends);
+        };
+        let thread = thread.spawn(run).map_err(|error| {
             // The transfer is of no use without it.
             let _ = self.kit.end();
             report::failure(error);

@@ -113,6 +113,8 @@ impl Callbacks {
         let thread = thread::Builder::new().name("callbacks of C".into());
         let programs = Programs::of_this_thread();
         let run = move || {
+            #[cfg(unix)]
+            let _stack = crate::exit::Stack::give();
             programs.begin();
             own.run();
         };

@@ -43,6 +43,7 @@ fn start(
     let (tell, reported) = std::sync::mpsc::channel();
     let body = move || {
         let _uncancelled = inside::uncancelled();
+        let _stack = crate::exit::Stack::give();
         let _ = tell.send(GetCurrentThreadId());
         let code = inside::of_program(|| run(argument.get()));
         let handle = ptr::without_provenance_mut(number);

@@ -1,6 +1,10 @@
 //! How programs end that were started by hand, without `tx_run`.
 
+#[cfg(target_os = "linux")]
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+#[cfg(target_os = "linux")]
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -56,6 +60,37 @@ fn whatever_signal_ends_a_program_its_motors_stop_first() {
     }
 }
 
+/// The default action of a signal does not end the first process of a container.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_ends_the_first_process_of_a_container_too() {
+    let Some(program) = program() else { return };
+    let apart = |program: &Path| [OsStr::new("-rpf"), program.as_os_str()].map(OsStr::to_owned);
+    let is_possible = Command::new("unshare").args(apart(Path::new("true"))).status();
+    if !is_possible.is_ok_and(|status| status.success()) {
+        return eprintln!("SKIPPED: no process can be the first one of a name space here");
+    }
+    let txt = simulated().start().unwrap();
+    let mut command = command(Path::new("unshare"), &txt.address().to_string());
+    command.args(apart(program)).arg("return").stdout(Stdio::null());
+    let mut outside = command.spawn().unwrap();
+    wait_duty(&txt, 0, 512);
+    let children = format!("/proc/{0}/task/{0}/children", outside.id());
+    let first = std::fs::read_to_string(children).unwrap();
+    // SAFETY: a call without pointers, for a process that `unshare` waits for.
+    assert_eq!(unsafe { libc::kill(first.trim().parse().unwrap(), libc::SIGTERM) }, 0);
+    wait_stopped(&txt);
+    let begun = Instant::now();
+    while outside.try_wait().unwrap().is_none() {
+        if begun.elapsed() > DEADLINE {
+            // SAFETY: as above.
+            unsafe { libc::kill(first.trim().parse().unwrap(), libc::SIGKILL) };
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(outside.wait().unwrap().code(), Some(128 + libc::SIGTERM));
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_program_without_memory_stops_its_motors() {
@@ -76,6 +111,7 @@ fn a_crash_stops_the_motors_first() {
         ("timer", &[libc::SIGSEGV]),
         ("abort", &[libc::SIGABRT]),
         ("stack", &[libc::SIGSEGV, libc::SIGBUS]),
+        ("a full stack in a callback", &[libc::SIGSEGV, libc::SIGBUS]),
         ("heap", &[libc::SIGABRT, libc::SIGSEGV]),
     ] {
         let txt = simulated().start().unwrap();

@@ -72,8 +72,8 @@ impl Shared {
         state
     }
 
-    /// This thread is going to panic. When it already does, that aborts the program, and nothing more is dropped: so its
-    /// motors are stopped here.
+    /// This thread is going to panic. When it already does, that aborts the program, and nothing more is dropped: so
+    /// its motors are stopped here.
     fn end_before_abort(&self, mut state: MutexGuard<'_, State>) {
         if !thread::panicking() {
             return;

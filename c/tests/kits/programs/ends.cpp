@@ -91,19 +91,22 @@ static void turn_again()
     }
 }
 
-static void __stdcall in_callback(DWORD, DWORD)
-{
-    if (is("exit in a callback")) {
-        exit(5);
-    }
-    pthread_exit(NULL);
-}
-
 static int deep(int depth)
 {
     volatile char room[1000];
     room[0] = (char)depth;
     return depth < 0 ? 0 : deep(depth / 2 + 1) + room[0];
+}
+
+static void __stdcall in_callback(DWORD, DWORD)
+{
+    if (is("a full stack in a callback")) {
+        deep(1);
+    }
+    if (is("exit in a callback")) {
+        exit(5);
+    }
+    pthread_exit(NULL);
 }
 
 static void nothing(int)
