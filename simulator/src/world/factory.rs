@@ -14,6 +14,8 @@ use super::World;
 use crate::error::Error;
 use crate::machine::Machine;
 
+/// How many controllers a factory may have.
+const MOST: usize = 1000;
 const CONTROLLERS: &str = "expected double brackets, as in [[controllers]]";
 const CONTROLLER: &str =
     "expected a controller, as in { name = \"sorting\", world = \"sorting_line\" }";
@@ -42,7 +44,7 @@ const SAME_PLACES: &str =
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Factory {
-    /// The controllers, each with its name, at least one. The names are different and have no dot. A
+    /// The controllers, each with its name, 1 to 1000. The names are different and have no dot. A
     /// single controller may have an empty name.
     pub controllers: Vec<(String, World)>,
     /// Pairs of names for the same place. The first of each pair is a place that does not move and has
@@ -141,7 +143,7 @@ impl Factory {
         }
         let keys = Keys::of_table(table, &["controllers", "same_places"])?;
         Ok(Self {
-            controllers: keys.required("controllers", list(CONTROLLERS, controller))?,
+            controllers: keys.required("controllers", controllers)?,
             same_places: keys.or("same_places", Vec::new(), list(SAME_PLACES, pair))?,
         })
     }
@@ -150,6 +152,7 @@ impl Factory {
         let mut names = BTreeSet::new();
         let count = self.controllers.len();
         at("controllers", expect(count > 0, || String::from("expected at least one controller")))?;
+        at("controllers", expect_not_too_many(count))?;
         for (number, (name, world)) in self.controllers.iter().enumerate() {
             let is_good = count == 1 || !name.is_empty();
             let reason = || format!("expected a name without a dot, not {name:?}");
@@ -175,6 +178,17 @@ impl Factory {
             _ => mistake.within(number).within("controllers"),
         }
     }
+}
+
+fn expect_not_too_many(count: usize) -> Checked {
+    expect(count <= MOST, || format!("expected at most {MOST} controllers"))
+        .map_err(|it| it.within(MOST))
+}
+
+/// All controllers. They are counted before they are read, which takes longer.
+fn controllers(value: &DeValue<'_>) -> Read<Vec<(String, World)>> {
+    expect_not_too_many(value.as_array().map_or(0, |values| values.len()))?;
+    list(CONTROLLERS, controller)(value)
 }
 
 /// A controller: a shipped world, or the keys of a world.
@@ -240,6 +254,19 @@ mod tests {
             assert_eq!(found, line, "{text}\n{reason}");
             assert!(!reason.contains('\n'), "{reason}");
         }
+    }
+
+    #[test]
+    fn too_many_controllers_are_a_mistake() {
+        let controller =
+            |number: usize| format!("[[controllers]]\nname = \"c{number}\"\nworld = \"car\"\n");
+        let text: String = (0..60_000).map(controller).collect();
+        let (line, reason) = mistake(&text);
+        assert_eq!((line, &*reason), (3001, "controllers.1000: expected at most 1000 controllers"));
+        let most = (0..1001).fold(Factory::new(), |all, number| {
+            all.controller(&format!("c{number}"), World::default())
+        });
+        assert!(most.machines().unwrap_err().to_string().contains("at most 1000 controllers"));
     }
 
     #[test]
