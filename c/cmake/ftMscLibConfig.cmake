@@ -64,6 +64,13 @@ elseif(NOT TARGET ftMscLib::library)
     foreach(kind IN ITEMS robo_tx txt)
         set_property(TARGET ftMscLib::${kind} APPEND PROPERTY INTERFACE_COMPILE_OPTIONS ${_ftMscLib_OPTIONS})
     endforeach()
+    # No library calls a function of the program in place of the C library's of the same name, such as close.
+    foreach(kind IN ITEMS robo_tx pc txt)
+        if(NOT WIN32)
+            set_property(TARGET ftMscLib::${kind} APPEND PROPERTY INTERFACE_COMPILE_OPTIONS
+                "$<$<COMPILE_LANGUAGE:C>:-fvisibility=hidden>")
+        endif()
+    endforeach()
     set_property(TARGET ftMscLib::kit466 APPEND PROPERTY INTERFACE_COMPILE_OPTIONS -O0)
 endif()
 

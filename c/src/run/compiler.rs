@@ -15,6 +15,9 @@ use crate::Sentence;
 /// Has the compiler add no checks to the program.
 pub(crate) const NO_CHECKS: &str = "-fno-sanitize=undefined";
 
+/// Has no library call a function of the program in place of the C library's of the same name, such as `close`.
+const HIDDEN: &str = "-fvisibility=hidden";
+
 impl Language {
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -68,6 +71,7 @@ impl Language {
                 "-g",
                 "-fcommon",
                 NO_CHECKS,
+                HIDDEN,
                 "-Wno-error=implicit-function-declaration",
                 "-Wno-error=implicit-int",
                 "-Wno-error=int-conversion",

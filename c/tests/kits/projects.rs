@@ -16,6 +16,8 @@ const FILES: &[(&str, &str)] = &[
          FISH_X1_TRANSFER *area = GetKeLibTransferAreaMainAddress();\nmotor(area);\n\
          while (!area->ftX1in.uni[0]) usleep(1000);\nStopTxtDownloadProg();\nreturn 0;\n}\n",
     ),
+    // The library would call it in place of the C library's.
+    ("src/gate.c", "#include <stdlib.h>\nint close(int gate) { if (gate) abort(); return 0; }\n"),
     ("lib/motor.cpp", "#include \"motor.h\"\nvoid motor(FISH_X1_TRANSFER *area) { area->ftX1out.duty[0] = DUTY; }\n"),
     ("inc/motor.h", "#include \"KeLibTxtDl.h\"\nvoid motor(FISH_X1_TRANSFER *area);\n"),
     ("deps/include/KeLibTxtDl.h", "typedef unsigned long uint32_t;\n#error old\n"),
@@ -23,13 +25,14 @@ const FILES: &[(&str, &str)] = &[
         "Makefile",
         "PKG = PKG_CONFIG_PATH=FOLDER/pkgconfig pkg-config --define-variable=libdir=LIBRARY\n\
          CXXFLAGS = -std=c++11 -DDUTY=300 $(shell $(PKG) --cflags ftMscLib-KIND) -Iinc -Ideps/include\n\
-         program: src/main.o lib/motor.o\n\t$(CXX) -o $@ $^ $(shell $(PKG) --libs ftMscLib-KIND)\n",
+         CFLAGS = $(shell $(PKG) --cflags ftMscLib-KIND)\n\
+         program: src/main.o src/gate.o lib/motor.o\n\t$(CXX) -o $@ $^ $(shell $(PKG) --libs ftMscLib-KIND)\n",
     ),
     (
         "CMakeLists.txt",
-        "cmake_minimum_required(VERSION 3.13)\nproject(line CXX)\nset(CMAKE_BUILD_TYPE Release)\n\
+        "cmake_minimum_required(VERSION 3.13)\nproject(line C CXX)\nset(CMAKE_BUILD_TYPE Release)\n\
          find_package(ftMscLib REQUIRED COMPONENTS KIND)\nadd_subdirectory(lib)\n\
-         add_executable(program src/main.cpp)\ntarget_link_libraries(program motor)\n",
+         add_executable(program src/main.cpp src/gate.c)\ntarget_link_libraries(program motor)\n",
     ),
     (
         "lib/CMakeLists.txt",

@@ -145,6 +145,21 @@ fn a_program_for_ftmsclibex_is_called_when_an_input_changes() {
 }
 
 #[test]
+fn a_programs_functions_may_have_names_of_the_c_librarys() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let ports = format!("COM4={}", txt.address());
+    let run = Run::start(tx_run(&[]).arg(program("names.c")).env("FT_TXT_PORTS", &ports));
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    txt.with_machine(|machine| machine.controllers[0].uni[0] = 1);
+    let ended = run.end();
+    ended.well();
+    assert_eq!(ended.out.trim_end(), "2 further calls");
+}
+
+#[test]
 fn only_the_named_controller_is_driven_whatever_com_ports_are_named_elsewhere() {
     if !has_compiler() {
         return;
