@@ -10,6 +10,8 @@ use anyhow::Context;
 use crossbeam_channel::{bounded, Receiver, Sender};
 #[cfg(unix)]
 use nix::sys::signal::{SigSet, Signal};
+#[cfg(unix)]
+use signal_hook::iterator::Signals;
 
 use crate::lines;
 
@@ -39,8 +41,8 @@ pub(crate) fn end_with_input() {
     WITH_INPUT.store(true, Ordering::SeqCst);
 }
 
-/// A receiver that gets a message with Ctrl-C, SIGTERM, SIGHUP or SIGQUIT. A program calls this once, before it moves
-/// anything.
+/// A receiver that gets a message with Ctrl-C, SIGTERM, SIGHUP or SIGQUIT; with `nohup`, not with SIGHUP. A program calls
+/// this once, before it moves anything.
 ///
 /// A second one ends the program at once, when nothing drives.
 pub(crate) fn receiver() -> anyhow::Result<Receiver<()>> {
@@ -75,6 +77,16 @@ fn asked_by(#[cfg(unix)] further: &[Signal]) -> anyhow::Result<Receiver<()>> {
         };
         thread::Builder::new().name("signals".to_owned()).spawn(wait)?;
     }
+    #[cfg(unix)]
+    {
+        let hangup = (!is_hangup_ignored()).then_some(Signal::SIGHUP);
+        let ends = [Signal::SIGTERM].into_iter().chain(hangup);
+        let mut ends =
+            Signals::new(ends.map(|signal| signal as i32)).context("signals can't be watched")?;
+        let asked = Arc::clone(&asked);
+        let wait = move || ends.forever().for_each(|_| asked.again());
+        thread::Builder::new().name("ends".to_owned()).spawn(wait)?;
+    }
     if WITH_INPUT.load(Ordering::SeqCst) {
         let asked = Arc::clone(&asked);
         let wait = move || {
@@ -90,6 +102,21 @@ fn asked_by(#[cfg(unix)] further: &[Signal]) -> anyhow::Result<Receiver<()>> {
     });
     watched.context("Ctrl-C can't be watched")?;
     Ok(interrupted)
+}
+
+/// Whether a closed terminal should not end this process, as `nohup` asks for. What it starts inherits that.
+#[cfg(unix)]
+fn is_hangup_ignored() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    if let Some(ignored) = ignored.and_then(|bits| u64::from_str_radix(bits.trim(), 16).ok()) {
+        return ignored >> (Signal::SIGHUP as i32 - 1) & 1 == 1;
+    }
+    // Only Linux says it.
+    let mut inherits = process::Command::new("sh");
+    inherits.args(["-c", "kill -HUP $$"]).stdin(process::Stdio::null());
+    inherits.stdout(process::Stdio::null()).stderr(process::Stdio::null());
+    inherits.status().is_ok_and(|status| status.success())
 }
 
 /// Whether and when the program was asked to end.

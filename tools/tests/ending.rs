@@ -121,6 +121,54 @@ fn warnings_that_nobody_reads_hold_up_no_simulated_controller() {
     }
 }
 
+/// A command of `txt` that a closed terminal should not end.
+fn without_hangup(arguments: &[&str]) -> Command {
+    let mut command = Command::new("nohup");
+    command.arg(env!("CARGO_BIN_EXE_txt")).args(arguments).stderr(Stdio::null());
+    command
+}
+
+#[test]
+fn with_nohup_a_closed_terminal_ends_nothing() {
+    let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
+    let (path, host) = (in_folder(&folder, "run.mcap"), txt.address().to_string());
+    for arguments in
+        [&["record", &host, "-o", &path][..], &["panel", &host, "--no-browser", "--port", "0"]]
+    {
+        let before = txt.with_machine(|machine| machine.exchanges());
+        let running = Running::start(&mut without_hangup(arguments));
+        assert!(txt.wait_until(|machine| machine.exchanges() > before + 20, DEADLINE));
+        running.signal("HUP");
+        let before = txt.with_machine(|machine| machine.exchanges());
+        let goes_on = |machine: &Machine| machine.exchanges() > before + 50 || !machine.online();
+        assert!(txt.wait_until(goes_on, DEADLINE));
+        assert!(txt.with_machine(|machine| machine.online()), "{arguments:?}");
+        running.signal("INT");
+        assert!(running.end().status.success(), "{arguments:?}");
+        assert!(txt.wait_until(|machine| !machine.online(), DEADLINE));
+    }
+}
+
+#[test]
+fn a_closed_terminal_does_not_end_the_program_of_watch_with_nohup_either() {
+    let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
+    let (out, host) = (in_folder(&folder, "out"), txt.address().to_string());
+    let hung_up = format!("kill -HUP $$; echo goes on > {out}");
+    let arguments = ["watch", &host, "--port", "0", "--no-page", "--", "sh", "-c", &hung_up];
+    let output = Running::start(&mut without_hangup(&arguments)).end();
+    assert!(output.status.success(), "{output:?}");
+    assert_eq!(std::fs::read_to_string(out).unwrap(), "goes on\n");
+}
+
+#[test]
+fn a_closed_terminal_ends_a_recording_well() {
+    let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
+    let running = begun(&txt, &in_folder(&folder, "run.mcap"));
+    running.signal("HUP");
+    assert_eq!(running.end().status.code(), Some(0));
+    assert!(txt.wait_until(|machine| !machine.online(), DEADLINE));
+}
+
 /// As after Ctrl-S. Both ends have to stay.
 fn paused_terminal() -> OpenptyResult {
     let terminal = openpty(None, None).unwrap();
