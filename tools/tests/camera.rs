@@ -135,6 +135,49 @@ fn ctrl_c_ends_a_film_well_but_not_an_unfinished_count() {
     }
 }
 
+/// Removes the film while it is written, and perhaps makes another one in its place.
+#[cfg(unix)]
+#[test]
+fn a_film_that_is_removed_while_it_is_written_is_missed() {
+    let (txt, folder) = (quick(), tempfile::tempdir().unwrap());
+    let film = folder.path().join("film.mjpeg");
+    for (is_replaced, sentence) in [(false, "not there any more"), (true, "is another file now")] {
+        let mut command = camera(&txt.address().to_string());
+        let running = start(command.arg("-o").arg(&film).arg("--force"));
+        let begin = Instant::now();
+        while fs::metadata(&film).map_or(0, |film| film.len()) == 0 {
+            assert!(begin.elapsed() < DEADLINE, "no picture comes");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        fs::remove_file(&film).unwrap();
+        if is_replaced {
+            fs::write(&film, "").unwrap();
+        }
+        running.signal("INT");
+        let (status, said) = end(running);
+        assert_eq!(status, Some(1), "{said}");
+        assert!(said.contains(sentence), "{said}");
+        assert!(txt.wait_until(|machine| !machine.connected(), DEADLINE));
+    }
+}
+
+#[test]
+fn a_film_is_overwritten_by_the_first_picture_and_not_before() {
+    let (txt, folder) = (quick(), tempfile::tempdir().unwrap());
+    let film = folder.path().join("film.mjpeg");
+    let old = vec![7; 1 << 20];
+    fs::write(&film, &old).unwrap();
+    let nobody = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = nobody.local_addr().unwrap().to_string();
+    drop(nobody);
+    let output = camera(&address).arg("-o").arg(&film).arg("--force").output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    assert!(fs::read(&film).unwrap() == old, "it has changed");
+    assert!(run(&txt, &["--count", "2", "--force"], &film).status.success());
+    let new = fs::read(&film).unwrap();
+    assert!(new.len() < old.len() && pictures(&new).len() == 2);
+}
+
 #[cfg(unix)]
 #[test]
 fn a_full_disk_ends_it_with_a_sentence() {

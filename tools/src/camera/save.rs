@@ -5,13 +5,14 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::{bail, Context};
+use anyhow::{bail, ensure, Context};
 use crossbeam_channel::Receiver;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::source::{Next, Source};
 use crate::print;
 use crate::progress::Progress;
+use crate::recording::output::is_at;
 
 /// How many pictures are saved, and when.
 pub(super) struct Plan {
@@ -48,6 +49,7 @@ pub(super) fn save(
         }
     }
     drop(progress);
+    let kept = target.ensure_is_there();
     print::line(reported(saved, target))?;
     // Between pictures that are not wanted, nothing is lost.
     let lost = if plan.every.is_none() { source.dropped() } else { 0 };
@@ -57,7 +59,7 @@ pub(super) fn save(
     source.end()?;
     match plan.count {
         Some(count) if saved < count => bail!("stopped before all {count} pictures had come"),
-        _ => Ok(()),
+        _ => kept,
     }
 }
 
@@ -82,7 +84,7 @@ fn bar(count: Option<u64>) -> ProgressBar {
 pub(super) enum Target {
     /// Files with numbers.
     Folder { folder: PathBuf, number: u64, force: bool },
-    /// All in one file.
+    /// All in one file. What was in it is overwritten with the first picture: until then, there is nothing better.
     Film { path: PathBuf, file: File, size: u64 },
 }
 
@@ -92,7 +94,7 @@ impl Target {
         let ends_with =
             |ends: &[&str]| path.extension().is_some_and(|end| ends.iter().any(|one| end == *one));
         if ends_with(&["mjpeg", "mjpg"]) {
-            let file = open(path, force)?;
+            let file = open(path, force, false)?;
             return Ok(Self::Film { path: path.to_owned(), file, size: 0 });
         }
         let is_file = path.exists() || ends_with(&["jpg", "jpeg", "png", "avi", "mp4"]);
@@ -112,19 +114,35 @@ impl Target {
         }
     }
 
+    /// The error says that somebody has removed the film, or given it another name, or replaced it.
+    fn ensure_is_there(&self) -> anyhow::Result<()> {
+        let Self::Film { path, file, .. } = self else { return Ok(()) };
+        ensure!(!is_file(file) || path.exists(), "{} is not there any more", path.display());
+        ensure!(
+            !is_file(file) || is_at(file, path),
+            "{} is another file now, so these pictures are not there any more",
+            path.display()
+        );
+        Ok(())
+    }
+
     /// Saves a picture. If that fails, no part of it is left.
     fn add(&mut self, jpeg: &[u8]) -> anyhow::Result<()> {
         match self {
             Self::Folder { folder, number, force } => {
                 *number += 1;
                 let path = folder.join(format!("{number:05}.jpg"));
-                let written = open(&path, *force)?.write_all(jpeg);
+                let written = open(&path, *force, true)?.write_all(jpeg);
                 if written.is_err() {
                     let _ = fs::remove_file(&path);
                 }
                 written.with_context(|| path.display().to_string())
             }
             Self::Film { path, file, size } => {
+                // Not so a pipe or a device.
+                if *size == 0 && is_file(file) {
+                    file.set_len(0).with_context(|| path.display().to_string())?;
+                }
                 if let Err(error) = file.write_all(jpeg) {
                     let _ = file.set_len(*size);
                     return Err(error).with_context(|| path.display().to_string());
@@ -136,11 +154,15 @@ impl Target {
     }
 }
 
-/// Opens a new file, or overwrites one if that is wanted.
-fn open(path: &Path, force: bool) -> anyhow::Result<File> {
+fn is_file(file: &File) -> bool {
+    file.metadata().is_ok_and(|file| file.is_file())
+}
+
+/// Opens a new file, or one that is there if that is wanted, and perhaps empties it.
+fn open(path: &Path, force: bool, empties: bool) -> anyhow::Result<File> {
     let mut options = OpenOptions::new();
     if force {
-        options.write(true).create(true).truncate(true);
+        options.write(true).create(true).truncate(empties);
     } else {
         options.write(true).create_new(true);
     }

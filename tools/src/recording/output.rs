@@ -114,7 +114,7 @@ impl Drop for Output {
 
 /// Whether this open file has this name. Only Unix says so.
 #[cfg(unix)]
-fn is_at(file: &File, path: &Path) -> bool {
+pub(crate) fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
     let [held, there] =
         [file.metadata(), path.metadata()].map(|of| of.map(|it| (it.dev(), it.ino())));
@@ -123,7 +123,7 @@ fn is_at(file: &File, path: &Path) -> bool {
 }
 
 #[cfg(not(unix))]
-fn is_at(_: &File, _: &Path) -> bool {
+pub(crate) fn is_at(_: &File, _: &Path) -> bool {
     true
 }
 
