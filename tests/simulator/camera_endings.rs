@@ -2,6 +2,7 @@
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::{CommandId, ResponseId};
@@ -225,4 +226,26 @@ fn a_camera_like_the_txt_40s_never_serves_a_client_that_comes_later() {
     camera.stream.set_read_timeout(Some(LIMIT)).unwrap();
     main.start_camera(settings(160, 120, 60));
     CameraClient::over(camera.stream).receive();
+}
+
+#[test]
+fn of_clients_that_starts_find_meanwhile_only_the_newest_waits() {
+    let builder = with_camera().camera_connection(CameraConnection::Txt40);
+    let txt = builder.camera_start_up(Duration::from_secs(3600)).start().unwrap();
+    let mut main = Client::online(&txt);
+    let clients = [(); 5].map(|()| {
+        let client = CameraClient::connect(&txt).stream;
+        main.start_camera(settings(160, 120, 15));
+        client.set_nonblocking(true).unwrap();
+        client
+    });
+    let is_closed = |mut client: &TcpStream| matches!(client.read(&mut [0]), Ok(0));
+    // One, mostly the first, is taken and waits for the camera.
+    let (newest, others) = clients.split_last().unwrap();
+    let begin = Instant::now();
+    while others.iter().filter(|client| is_closed(client)).count() < others.len() - 1 {
+        assert!(begin.elapsed() < LIMIT, "others wait, too");
+        thread::sleep(Duration::from_millis(5));
+    }
+    assert!(!is_closed(newest));
 }

@@ -4,7 +4,7 @@ use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{unbounded, Receiver, Sender};
+use crossbeam_channel::{bounded, Receiver, Sender};
 use mio::net::TcpStream;
 
 use crate::machine::journal::notice;
@@ -47,6 +47,8 @@ pub(crate) enum Clients {
 pub(crate) struct ClientFinder {
     listener: TcpListener,
     found: Sender<TcpStream>,
+    /// What the camera's thread has not taken yet.
+    waiting: Receiver<TcpStream>,
 }
 
 impl Clients {
@@ -63,8 +65,9 @@ impl Clients {
             }
             CameraConnection::Txt => (Self::WhileServing(Reserved::instead_of(listener)?), None),
             CameraConnection::Txt40 => {
-                let (found, clients) = unbounded();
-                (Self::Found(clients), Some(ClientFinder { listener, found }))
+                let (found, clients) = bounded(1);
+                let waiting = clients.clone();
+                (Self::Found(clients), Some(ClientFinder { listener, found, waiting }))
             }
         })
     }
@@ -94,8 +97,10 @@ impl ClientFinder {
         match accept(&self.listener) {
             Ok((stream, client)) => {
                 notice!(Info, "{client} is connected to the camera port and gets frames");
-                // This fails only when the camera's thread, and so the simulated TXT, is ending.
-                let _ = self.found.send(stream);
+                // The start that has found another one was replaced by this one: its connection is closed.
+                drop(self.waiting.try_recv());
+                // Nobody else fills the place.
+                let _ = self.found.try_send(stream);
             }
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
                 notice!(Warn, "no client is connected to the camera port, so none gets frames");
