@@ -50,6 +50,12 @@ pub(crate) fn named_ports(options: &Options) -> String {
     named.unwrap_or_default().trim().to_owned()
 }
 
+/// The hosts that such a text names.
+fn hosts_in(ports: &str) -> impl Iterator<Item = String> + '_ {
+    let entries = ports.split([',', ';', '\n']).filter_map(|entry| entry.split_once('='));
+    entries.map(|(_, host)| host.trim().to_owned()).filter(|host| !host.is_empty())
+}
+
 /// Runs the program. Its motors are off afterwards, as far as that is possible.
 pub(crate) fn run(
     program: &Program,
@@ -58,7 +64,8 @@ pub(crate) fn run(
     arguments: &[OsString],
     build: &Path,
 ) -> Result<Ended, Sentence> {
-    let mut online = Online::new(build)?;
+    let named = hosts_in(ports).chain([target.host()]).collect();
+    let mut online = Online::new(build, named)?;
     let mut command = Command::new(&program.path);
     command.args(arguments).env(HOST, target.host()).env(online::VARIABLE, &online.folder);
     // Without the entry a file may send the program to another controller than the one that was said.
@@ -156,19 +163,26 @@ fn stop_left(online: &mut Online, target: &Target) -> Vec<String> {
     };
     let ends = simulated.as_ref().is_some_and(|host| online.has_left(host));
     let ends = ends.then(|| String::from(ENDS_WITH_US));
-    ends.into_iter()
-        .chain(online.stop_left(simulated.as_deref()).into_iter().map(words_of_stop))
-        .collect()
+    let gone = online.is_gone().then(|| online.folder.display().to_string());
+    let stopped = online.stop_left(simulated.as_deref()).into_iter();
+    ends.into_iter().chain(stopped.map(|it| words_of_stop(it, gone.as_deref()))).collect()
 }
 
-/// A program may have several controllers.
-fn words_of_stop((host, stopped): (String, Result<(), Error>)) -> String {
-    match stopped {
-        Ok(()) => format!(
+/// A program may have several controllers. The folder is the one of its notes when they were removed.
+fn words_of_stop((host, stopped): (String, Result<(), Error>), gone: Option<&str>) -> String {
+    match (stopped, gone) {
+        (Ok(()), None) => format!(
             "it could send no last exchange to {host}, so tx_run has sent it: all outputs are off"
         ),
-        Err(error) => format!(
+        (Err(error), None) => format!(
             "it could send no last exchange to {host}, and tx_run could not either, so motors may go on: {error:#}"
+        ),
+        (Ok(()), Some(folder)) => format!(
+            "its notes in {folder} were removed, so tx_run has sent a last exchange to {host}: all outputs are off"
+        ),
+        (Err(error), Some(folder)) => format!(
+            "its notes in {folder} were removed, and tx_run could send no last exchange to {host}, so motors may go \
+             on there: {error:#}"
         ),
     }
 }

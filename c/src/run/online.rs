@@ -26,15 +26,25 @@ pub(crate) struct Online {
     mark: File,
     /// The hosts that could not be stopped.
     failed: BTreeSet<String>,
+    /// The hosts that the program may use, as far as this process has named them.
+    named: BTreeSet<String>,
+    /// The hosts in all notes that were seen since the last stop.
+    seen: BTreeSet<String>,
 }
 
 impl Online {
-    pub(crate) fn new(folder: &Path) -> io::Result<Self> {
+    /// For a program to which these hosts are named.
+    pub(crate) fn new(folder: &Path, named: BTreeSet<String>) -> io::Result<Self> {
         // The program may change its folder.
         let folder = path::absolute(folder.join("transfers"))?;
         fs::create_dir(&folder)?;
         let mark = File::create_new(folder.join(MARK))?;
-        Ok(Self { folder, mark, failed: BTreeSet::new() })
+        Ok(Self { folder, mark, failed: BTreeSet::new(), named, seen: BTreeSet::new() })
+    }
+
+    /// Whether somebody has removed what is written down, with the folder or without it.
+    pub(crate) fn is_gone(&self) -> bool {
+        !self.folder.join(MARK).exists()
     }
 
     /// Whether the program has begun a transfer.
@@ -57,12 +67,18 @@ impl Online {
 
     /// Sends a last exchange to each controller that was left, except to this one, and returns how that went, by their
     /// hosts. They are left no more then. One that could not be stopped is tried again by the next call: what the
-    /// program has made by `fork` may have ended by then, with which the controller was online.
+    /// program has made by `fork` may have ended by then, with which the controller was online. Without the notes it is
+    /// each controller that may be left, once: one that is online with another program takes no exchange.
     pub(crate) fn stop_left(&mut self, but: Option<&str>) -> Vec<(String, Result<(), Error>)> {
         let left = self.left();
         left.keys().for_each(|file| _ = fs::remove_file(file));
-        let hosts: BTreeSet<String> =
+        let mut hosts: BTreeSet<String> =
             left.into_values().chain(mem::take(&mut self.failed)).collect();
+        let seen = mem::take(&mut self.seen);
+        if self.is_gone() {
+            hosts.extend(seen);
+            hosts.extend(mem::take(&mut self.named));
+        }
         let hosts = hosts.into_iter().filter(|host| Some(host.as_str()) != but);
         let stopped = side_by_side(hosts.collect(), stop::stop);
         let failed = stopped.iter().filter(|(_, stopped)| stopped.is_err());
@@ -72,14 +88,17 @@ impl Online {
 
     /// Whether transfers are left that no process has any more: the program has ended, or has become another one.
     #[cfg(unix)]
-    pub(crate) fn is_left(&self) -> bool {
+    pub(crate) fn is_left(&mut self) -> bool {
+        let left = self.left();
+        let is_any = !left.is_empty() || (!self.seen.is_empty() && self.is_gone());
+        self.seen.extend(left.into_values());
         // In this order: the library marks the file first.
-        !self.left().is_empty() && !self.is_marked()
+        is_any && !self.is_marked()
     }
 
     /// Programs do not become others.
     #[cfg(not(unix))]
-    pub(crate) fn is_left(&self) -> bool {
+    pub(crate) fn is_left(&mut self) -> bool {
         false
     }
 
@@ -154,7 +173,7 @@ mod tests {
     #[test]
     fn what_has_begun_and_not_ended_is_left() {
         let folder = tempfile::tempdir().unwrap();
-        let mut online = Online::new(folder.path()).unwrap();
+        let mut online = Online::new(folder.path(), BTreeSet::new()).unwrap();
         let left = |online: &Online| online.left().into_values().collect::<Vec<_>>();
         #[cfg(unix)]
         let note = |name, host| std::os::unix::fs::symlink(host, online.folder.join(name)).unwrap();

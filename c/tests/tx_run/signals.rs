@@ -134,6 +134,32 @@ fn a_program_that_is_killed_is_followed_by_an_exchange_that_stops_everything() {
     wait_stopped(&txt);
 }
 
+/// As by what tidies the folder for temporary files.
+#[test]
+fn a_program_whose_notes_were_removed_is_stopped_where_tx_run_knows_the_controller() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let address = txt.address().to_string();
+    let (ports, port) = (format!("COM4={address}"), format!("-DPORT=\"{address}\" -DAFTER"));
+    // A controller that the program itself names is known when its transfer began before.
+    for (arguments, ports, flags) in [
+        (&["--host", &*address][..], "", "-DBEFORE"),
+        (&[], &ports, "-DBEFORE"),
+        (&["--world", "none"], "", &port),
+    ] {
+        let mut command = tx_run(arguments);
+        command.arg(program("killed.c")).env("CFLAGS", flags).env("FT_TXT_PORTS", ports);
+        let ended = Run::start(&mut command).end();
+        ended.badly("killed was ended by SIGKILL (it was killed)");
+        let words = format!("were removed, so tx_run has sent a last exchange to {address}");
+        assert!(ended.err.contains(&words), "{flags}: {ended:#?}");
+        wait_stopped(&txt);
+        assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty), [0; 8]);
+    }
+}
+
 #[test]
 fn what_is_noted_of_transfers_does_not_grow_with_their_number() {
     if !has_compiler() {

@@ -1,9 +1,21 @@
-/* A PC program: turns M1, and is killed, with GONE only when the controller has gone. */
+/* A PC program: turns M1, and is killed, with GONE only when the controller has gone. With BEFORE and AFTER it removes the
+   folder of its notes before or after the transfer begins. */
 #include <signal.h>
+#include <stdlib.h>
 #include <windows.h>
 #include "ROBO_TX_FW.h"
 #include "ftMscLib.h"
 #include "ftErrCode.h"
+
+#ifndef PORT
+#define PORT "COM4"
+#endif
+
+static void remove_notes(void)
+{
+    if (system("rm -r \"$FT_TXT_TRANSFERS\"") != 0)
+        exit(2);
+}
 
 int main(int argc, char *argv[])
 {
@@ -11,10 +23,17 @@ int main(int argc, char *argv[])
     HANDLE device;
 
     ftxInitLib();
-    device = ftxOpenComDevice("COM4", 38400, &error);
+#ifdef BEFORE
+    remove_notes();
+#endif
+    device = ftxOpenComDevice(PORT, 38400, &error);
     if (device == NULL || ftxStartTransferArea(device) != FTLIB_ERR_SUCCESS)
         return 1;
     SetOutMotorValues(device, 0, 0, 300, 0);
+#ifdef AFTER
+    Sleep(300);
+    remove_notes();
+#endif
 #ifdef GONE
     while (ftxIsTransferActiv(device) != FTLIB_ERR_THREAD_NOT_RUNNING)
         Sleep(2);
