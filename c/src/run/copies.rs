@@ -70,6 +70,8 @@ pub(crate) struct Copies {
     pub(crate) of: BTreeMap<PathBuf, PathBuf>,
     /// Files of the program in place of which our headers are used.
     pub(crate) passed_over: BTreeSet<PathBuf>,
+    /// Those of the copied files with includes that their text does not show, for which their own folder comes first.
+    pub(crate) look_beside: BTreeSet<PathBuf>,
 }
 
 impl Copies {
@@ -96,6 +98,8 @@ impl Copies {
             fs::create_dir_all(copy.parent().unwrap_or(to))?;
             fs::write(copy, text)?;
         }
+        let has_more = |path: &&PathBuf| own.files[*path].has_more_includes();
+        copies.look_beside = copies.of.keys().filter(has_more).cloned().collect();
         Ok(copies)
     }
 
@@ -125,15 +129,17 @@ impl Copies {
         }
     }
 
-    /// The text of a copy: its includes name what they mean, because nothing lies beside it any more.
+    /// The text of a copy: its includes name what they mean, because nothing lies beside it any more. What a compiler finds
+    /// in other folders is left to it: it knows better in which order it looks there.
     fn text(&self, path: &Path, text: &[u8], own: &OwnFiles, meanings: &[Meaning]) -> Vec<u8> {
         let mut copy = format!("#line 1 {}\n", quoted(path)).into_bytes();
         let mut end = if text.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
         for (include, meaning) in own.files[path].includes.iter().zip(meanings) {
             let named = match meaning {
                 Meaning::Ours { ours, is_found: false, .. } => ours.clone(),
-                Meaning::Own { own, .. } => match self.of.get(&own.file) {
+                Meaning::Own { own, is_found } => match self.of.get(&own.file) {
                     Some(copy) => copy.clone(),
+                    None if *is_found && !own.is_beside => continue,
                     None => std::path::absolute(&own.file).unwrap_or_else(|_| own.file.clone()),
                 },
                 Meaning::Ours { is_found: true, .. } | Meaning::Elsewhere => continue,
@@ -216,7 +222,7 @@ mod tests {
         let expected = [
             "#include \"OURS/ROBO_TX_PRG.h\"",
             "#include \"OURS/ROBO_TX_FW.h\"",
-            "#include \"PROGRAM/inc/Math.h\"",
+            "#include <Math.h>",
         ];
         assert_eq!(made.copy("a.c").unwrap(), expected);
         assert_eq!(made.copy("b.c"), None);

@@ -44,6 +44,15 @@ pub(crate) struct OwnFile {
     pub(crate) includes: Vec<Include>,
 }
 
+impl OwnFile {
+    /// Whether there may be includes that are not known, such as `#include MACRO` and one that goes on in the next line.
+    pub(crate) fn has_more_includes(&self) -> bool {
+        let behind_marks = self.text.split(|byte| *byte == b'#').skip(1);
+        let is_include = |text: &&[u8]| text.trim_ascii_start().starts_with(b"include");
+        behind_marks.filter(is_include).count() > self.includes.len()
+    }
+}
+
 /// The files of a program: its sources, and what they include directly or not.
 #[derive(Debug, Default)]
 pub(crate) struct OwnFiles {
@@ -245,6 +254,20 @@ pub(crate) mod tests {
             .map(|(name, place, quoted)| (name.as_str(), &text[place.clone()], *quoted))
             .collect();
         assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn includes_that_the_text_does_not_show_are_counted() {
+        let has_more = |text: &str| {
+            let folder = tempfile::tempdir().unwrap();
+            let source = write(folder.path(), "a.c", text);
+            let own = OwnFiles::read([&*source].into_iter(), &[]).unwrap();
+            own.files[&source].has_more_includes()
+        };
+        assert!(!has_more("#define include\n #  include <a.h>\n#include \"b.h\"\nint include;\n"));
+        for more in ["# include MACRO", "/* c */ #include \"c.h\"", "#include \\\n \"c.h\""] {
+            assert!(has_more(&format!("#include \"b.h\"\n{more}\n")), "{more}");
+        }
     }
 
     #[test]

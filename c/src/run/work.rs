@@ -204,15 +204,22 @@ impl Unit<'_> {
     /// The command without what is to be done.
     fn command(&self) -> Command {
         let headers = &self.plan.headers;
-        let mut command = self.compiler.compile(&headers.folders);
+        // Only then, because what the source includes looks there, too.
+        let looks_beside = self.plan.copies.look_beside.contains(self.path());
+        let quoted = looks_beside.then(|| folder_of(self.path()));
+        let mut command = self.compiler.compile(quoted, &headers.folders);
         command.args(self.more_options());
         if let Some(windows) = &headers.windows {
             command.arg("-I").arg(windows);
         }
         // What is included in ways that the text does not show.
         let folders: BTreeSet<&Path> = self.plan.copies.of.keys().map(|it| folder_of(it)).collect();
+        let place = quoted.and_then(|folder| folder.canonicalize().ok());
         for folder in folders {
-            command.arg("-idirafter").arg(folder);
+            // gcc takes a folder at its later place.
+            if place.is_none() || folder.canonicalize().ok() != place {
+                command.arg("-idirafter").arg(folder);
+            }
         }
         let copy = self.plan.copies.of.get(self.path());
         self.compiler.add_source(&mut command, copy.map_or(self.path(), PathBuf::as_path));

@@ -279,6 +279,81 @@ fn headers_of_libraries_are_left_alone() {
     Run::start(command.current_dir(folder.path())).end().well();
 }
 
+/// What a program with these files says that includes the library's header in two spellings. With the second one its
+/// source is copied.
+#[track_caller]
+fn says_in_both_spellings(files: &[(&str, &str)], variables: &[(&str, &str)], says: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    files.iter().for_each(|(name, text)| write(folder.path(), name, text));
+    for spelled in ["ftMscLib.h", "FtMscLib.h"] {
+        let rest = files[0].1;
+        let text = format!("#include <stdio.h>\n#include \"{spelled}\"\n{rest}");
+        write(folder.path(), files[0].0, &text);
+        let mut command = tx_run(&[files[0].0, "--world", "none"]);
+        command.envs(variables.iter().copied());
+        let ended = Run::start(command.current_dir(folder.path())).end();
+        ended.well();
+        assert_eq!(ended.out, says, "{spelled} {variables:?}");
+    }
+}
+
+#[test]
+fn a_source_that_is_copied_includes_what_lies_beside_it() {
+    if !has_compiler() {
+        return;
+    }
+    let files = [
+        (
+            "src/a.c",
+            "#define CONFIG \"config.h\"\n#include CONFIG\n/* the axes */ #include \"axes.h\"\n\
+             #include \\\n \"speed.h\"\n#include \"more.h\"\n\
+             int main(void) { puts(CONFIGURED AXES SPEED MORE); return 0; }\n",
+        ),
+        ("src/config.h", "#define CONFIGURED \"own \"\n"),
+        ("src/axes.h", "#define AXES \"own \"\n"),
+        ("src/speed.h", "#define SPEED \"own \"\n"),
+        ("src/more.h", "#define MORE \"own\"\n"),
+        ("inc/config.h", "#define CONFIGURED \"inc \"\n"),
+        ("inc/axes.h", "#define AXES \"inc \"\n"),
+        ("inc/speed.h", "#define SPEED \"inc \"\n"),
+        ("inc/more.h", "#define MORE \"inc\"\n"),
+    ];
+    for option in ["-I", "-iquote"] {
+        let flags = format!("{option} inc");
+        says_in_both_spellings(&files, &[("CFLAGS", &flags)], "own own own own\n");
+    }
+    // A header elsewhere does not look beside the source.
+    let files = [
+        ("src/a.c", "#include \"first.h\"\nint main(void) { puts(MORE); return 0; }\n"),
+        ("src/more.h", "#define MORE \"own\"\n"),
+        ("inc/first.h", "#include \"more.h\"\n"),
+        ("inc2/more.h", "#define MORE \"inc2\"\n"),
+    ];
+    says_in_both_spellings(&files, &[("CFLAGS", "-Iinc -Iinc2")], "inc2\n");
+}
+
+#[test]
+fn a_source_that_is_copied_includes_what_the_compiler_finds_first() {
+    if !has_compiler() {
+        return;
+    }
+    let files = [
+        ("main.cpp", "#include \"speed.h\"\nint main() { puts(SPEED); return 0; }\n"),
+        ("a/speed.h", "#define SPEED \"a\"\n"),
+        ("b/speed.h", "#define SPEED \"b\"\n"),
+    ];
+    let c_plus_plus = [("CXX", "c++ -Ia"), ("CXXFLAGS", "-Ib")];
+    for (variables, says) in [
+        (&[("CXXFLAGS", "-isystem a -I b")][..], "b\n"),
+        (&[("CXXFLAGS", "-I a -iquote b")], "b\n"),
+        (&[("CFLAGS", "-Ia"), ("CXXFLAGS", "-Ib")], "b\n"),
+        (&[("CXXFLAGS", "--include-directory a -Ib")], "a\n"),
+        (&c_plus_plus, "a\n"),
+    ] {
+        says_in_both_spellings(&files, variables, says);
+    }
+}
+
 #[test]
 fn a_program_for_ft_txt_lib_runs() {
     drives(
