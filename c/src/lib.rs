@@ -18,6 +18,7 @@ mod memory;
 mod mirror;
 mod msclib;
 mod online;
+mod port_entries;
 mod ports;
 #[cfg(unix)]
 mod posix;

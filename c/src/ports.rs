@@ -18,6 +18,7 @@ use std::time::Duration;
 use ft_transfer_area::{find_controllers, ConnectionKind, SearchOptions};
 
 use crate::host;
+use crate::port_entries::entries;
 
 /// The file with COM ports.
 const FILE: &str = "ft_txt_ports";
@@ -149,13 +150,6 @@ impl Ports {
         ports.sort_unstable();
         ports.into_iter().map(|(number, text)| format!("COM{number} ({text})")).collect()
     }
-}
-
-/// What is named in such a text.
-fn entries(text: &str) -> impl Iterator<Item = &str> {
-    let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
-    let entries = lines.flat_map(|line| line.split([',', ';'])).map(str::trim);
-    entries.filter(|entry| !entry.is_empty())
 }
 
 /// The controllers at the usual addresses: how they are connected, and their names.

@@ -16,6 +16,7 @@ use ft_transfer_area::Error;
 use crate::forks::Forks;
 use crate::online::{self, Online};
 use crate::options::Options;
+use crate::port_entries::entries;
 use crate::program::Program;
 use crate::symbols::Entry;
 use crate::target::Target;
@@ -52,8 +53,8 @@ pub(crate) fn named_ports(options: &Options) -> String {
 
 /// The hosts that such a text names.
 fn hosts_in(ports: &str) -> impl Iterator<Item = String> + '_ {
-    let entries = ports.split([',', ';', '\n']).filter_map(|entry| entry.split_once('='));
-    entries.map(|(_, host)| host.trim().to_owned()).filter(|host| !host.is_empty())
+    let hosts = entries(ports).filter_map(|entry| entry.split_once('='));
+    hosts.map(|(_, host)| host.trim().to_owned()).filter(|host| !host.is_empty())
 }
 
 /// Runs the program. Its motors are off afterwards, as far as that is possible.

@@ -25,6 +25,8 @@ mod missing;
 mod online;
 mod options;
 mod packages;
+#[path = "../port_entries.rs"]
+mod port_entries;
 mod program;
 mod read;
 mod show;
