@@ -170,9 +170,13 @@ fn a_film_is_overwritten_by_the_first_picture_and_not_before() {
     let nobody = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let address = nobody.local_addr().unwrap().to_string();
     drop(nobody);
-    let output = camera(&address).arg("-o").arg(&film).arg("--force").output().unwrap();
-    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let new = folder.path().join("new.mjpeg");
+    for output in [&film, &new] {
+        let output = camera(&address).arg("-o").arg(output).arg("--force").output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{output:?}");
+    }
     assert!(fs::read(&film).unwrap() == old, "it has changed");
+    assert!(!new.exists(), "an empty film is left");
     assert!(run(&txt, &["--count", "2", "--force"], &film).status.success());
     let new = fs::read(&film).unwrap();
     assert!(new.len() < old.len() && pictures(&new).len() == 2);

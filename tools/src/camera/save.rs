@@ -85,7 +85,7 @@ pub(super) enum Target {
     /// Files with numbers.
     Folder { folder: PathBuf, number: u64, force: bool },
     /// All in one file. What was in it is overwritten with the first picture: until then, there is nothing better.
-    Film { path: PathBuf, file: File, size: u64 },
+    Film { path: PathBuf, file: File, size: u64, is_new: bool },
 }
 
 impl Target {
@@ -94,8 +94,9 @@ impl Target {
         let ends_with =
             |ends: &[&str]| path.extension().is_some_and(|end| ends.iter().any(|one| end == *one));
         if ends_with(&["mjpeg", "mjpg"]) {
+            let is_new = !path.exists();
             let file = open(path, force, false)?;
-            return Ok(Self::Film { path: path.to_owned(), file, size: 0 });
+            return Ok(Self::Film { path: path.to_owned(), file, size: 0, is_new });
         }
         let is_file = path.exists() || ends_with(&["jpg", "jpeg", "png", "avi", "mp4"]);
         if is_file && !path.is_dir() {
@@ -138,7 +139,7 @@ impl Target {
                 }
                 written.with_context(|| path.display().to_string())
             }
-            Self::Film { path, file, size } => {
+            Self::Film { path, file, size, .. } => {
                 // Not so a pipe or a device.
                 if *size == 0 && is_file(file) {
                     file.set_len(0).with_context(|| path.display().to_string())?;
@@ -149,6 +150,17 @@ impl Target {
                 }
                 *size += jpeg.len() as u64;
                 Ok(())
+            }
+        }
+    }
+}
+
+impl Drop for Target {
+    /// A film to which no picture came would only stand in the way of the next try.
+    fn drop(&mut self) {
+        if let Self::Film { path, file, size: 0, is_new: true } = self {
+            if is_file(file) && is_at(file, path) {
+                let _ = fs::remove_file(path);
             }
         }
     }
