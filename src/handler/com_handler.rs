@@ -161,14 +161,14 @@ impl TransferAreaComHandler {
         let shared = self.area.shared();
         // A lost connection is re-established to the same controller, even if there are others by then.
         let settings = self.settings.with_found_host()?;
-        let (mut link, config_updates) = handshake::begin(&settings, shared)?;
+        let (link, config_updates) = handshake::begin(&settings, shared)?;
         // Not the areas themselves, which a thread of the program may hold for long.
         let areas = shared.outgoing();
         self.thread.start(number, || {
             if let Err(stop) = shared.run(config_updates) {
-                // Even if that fails, the connection is closed.
-                let _ = link.client.stop_online();
-                return stop.result().and(Err(Error::NotStarted));
+                // A motor may be on since the transfer before.
+                let left = link.leave(areas);
+                return stop.result().and(left).and(Err(Error::NotStarted));
             }
             let of_thread = Arc::clone(shared);
             let work = move || TransferThread::new(link, areas, &of_thread, settings).run();
@@ -182,15 +182,16 @@ impl TransferAreaComHandler {
 
     /// Stops all motors with a last exchange, ends online mode and closes the connection.
     ///
-    /// Blocks until this is done, at most as long as the time limits allow; while a lost connection is
-    /// re-established, until the current attempt has failed. A logger that blocks holds it for 0.1 s at most.
+    /// Blocks until this is done, at most as long as the time limits allow. While a lost connection is
+    /// re-established, the current attempt only stops the motors; if it fails within 1 s, one more does, which takes at
+    /// most 2 s to connect. A logger that blocks holds it for 0.1 s at most.
     /// It waits for no other thread of the program, so it also works under a guard and in a cycle hook. Does
     /// nothing when the transfer has already ended without an error, or never began.
     ///
     /// # Errors
     ///
     /// The error that ended the transfer, also when it had ended before this call; until the next
-    /// `begin_transfer`.
+    /// `begin_transfer`. While a lost connection is re-established, that of the last attempt: motors may go on.
     #[doc(alias = "EndTransfer")]
     #[doc(alias = "ftxStopTransferArea")]
     #[doc(alias = "ftxCloseDevice")]

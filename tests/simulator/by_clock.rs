@@ -178,7 +178,7 @@ fn all_stands_still_while_nobody_is_online() {
 }
 
 #[test]
-fn a_motor_that_is_on_turns_on_when_its_client_is_gone_until_the_next_start() {
+fn a_motor_that_is_on_turns_on_when_its_client_is_gone_until_the_next_exchange() {
     let txt = SimulatedTxt::builder().start().unwrap();
     let mut first = Client::online(&txt);
     first.exchange(&m1(512));
@@ -191,8 +191,11 @@ fn a_motor_that_is_on_turns_on_when_its_client_is_gone_until_the_next_start() {
     wait_for_pulses(&txt, before + 10);
     second.start_online();
     let (before, _) = state(&txt);
+    wait_for_pulses(&txt, before + 10);
+    second.exchange(&m1(0));
+    let (before, _) = state(&txt);
     thread::sleep(MOMENT);
-    assert_eq!(state(&txt).0, before, "StartOnline clears the outputs");
+    assert_eq!(state(&txt).0, before, "the exchange stops it");
 }
 
 #[test]

@@ -80,14 +80,17 @@ fn a_connection_without_commands_is_closed() {
 }
 
 #[test]
-fn a_lost_client_and_stop_online_leave_the_outputs_and_start_online_clears_them() {
+fn only_an_exchange_changes_the_outputs_of_the_session_before() {
     let txt = unpaced().extensions(1).start().unwrap();
     let outputs = |machine: &Machine| {
         let of = |index: usize| machine.controllers[index].outputs.duty;
         [of(0), of(1)]
     };
     for says_goodbye in [false, true] {
+        let before = txt.with_machine(|machine| outputs(machine));
         let mut client = Client::online(&txt);
+        assert_eq!(txt.with_machine(|machine| outputs(machine)), before);
+        client.exchange_compressed(&[[0; 27], [0; 27]], 1);
         assert_eq!(txt.with_machine(|machine| outputs(machine)), [[0; 8]; 2]);
         client.exchange_compressed(&[[1; 27], [1; 27]], 1);
         if says_goodbye {

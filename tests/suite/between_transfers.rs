@@ -192,7 +192,9 @@ fn a_panic_under_a_guard_while_the_transfer_begins_is_not_forgotten() {
         assert_eq!(begins.join().unwrap(), Err(Error::ProgramPanicked));
     });
     wait_until(&txt, "the end", |machine| !machine.connected());
-    assert_eq!(txt.with_machine(|machine| machine.exchanges()), 0);
+    let sent =
+        txt.with_machine(|machine| (machine.exchanges(), machine.controllers[0].outputs.duty));
+    assert_eq!(sent, (1, [0; 8]), "one exchange stops what the session before left");
     assert_eq!(
         handler.areas().lock()[LOCAL_IO].output.duty[0],
         0,

@@ -69,6 +69,28 @@ fn a_transfer_that_is_tried_again_can_be_ended() {
     });
 }
 
+/// The connection of a transfer is lost with a motor on, and the next one answers StartOnline late.
+#[test]
+fn an_end_while_the_next_transfer_begins_stops_the_motors_of_the_one_before() {
+    let late = Fault::at_response(1, FaultKind::Delay(Duration::from_millis(300)));
+    let lost = Fault::at_response(60, FaultKind::Close { after: 0 });
+    // A fault strikes once: the first of these at the first connection.
+    let txt = unpaced().fault(lost).fault(late).fault(late).start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
+    handler.begin_transfer().unwrap();
+    wait_until(&txt, "the loss", |_| handler.areas().error().is_some());
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 512);
+    thread::scope(|scope| {
+        let begun = scope.spawn(|| handler.begin_transfer());
+        wait_until(&txt, "another connection", |machine| machine.connections() >= 2);
+        handler.end_transfer().unwrap();
+        assert!(matches!(begun.join().unwrap(), Ok(()) | Err(Error::NotStarted)));
+    });
+    let duty = txt.with_machine(|machine| machine.controllers[0].outputs.duty);
+    assert_eq!(duty, [0; 8], "a motor is on");
+}
+
 #[test]
 fn a_transfer_has_a_device_name_a_version_and_statistics() {
     let txt = unpaced().firmware(FirmwareVersion::new(4, 7, 0)).device_name("TXT on the desk");

@@ -286,9 +286,34 @@ fn the_program_can_end_it_in_the_middle_of_a_gap() {
     handler.begin_transfer().unwrap();
     drop(txt);
     assert_lost(&next_error(&handler.areas().clone()));
-    assert_eq!(handler.end_transfer(), Ok(()));
+    let error = handler.end_transfer().expect_err("the motors may go on");
+    assert!(matches!(error, Error::ConnectionRefused { .. }), "{error:?}");
     assert!(!handler.areas().is_running());
-    assert_eq!(handler.areas().wait_cycle().map(drop), Err(Error::NotStarted));
+    assert_eq!(handler.areas().wait_cycle().map(drop), Err(error));
+}
+
+/// A motor is on when the connection is lost, and the next connection answers StartOnline late.
+#[test]
+fn an_end_while_it_connects_again_stops_the_motors() {
+    for ends in [
+        |handler: TransferAreaComHandler| assert_eq!(handler.end_transfer(), Ok(())),
+        |handler: TransferAreaComHandler| handler.areas().ask_to_end(),
+        drop,
+    ] {
+        let late = Fault::at_response(1, FaultKind::Delay(Duration::from_millis(300)));
+        // A fault strikes once: the first of these at the first connection.
+        let txt = struck_by(FaultKind::Close { after: 0 }).fault(late).fault(late);
+        let txt = txt.start().unwrap();
+        let handler = handler(&txt);
+        let area = handler.areas().clone();
+        area.lock()[LOCAL_IO].output.duty[0] = 512;
+        handler.begin_transfer().unwrap();
+        wait_until(&txt, "another connection", |machine| machine.connections() >= 2);
+        ends(handler);
+        wait_until(&txt, "the end of online mode", |machine| !machine.online());
+        let duty = txt.with_machine(|machine| machine.controllers[0].outputs.duty);
+        assert_eq!(duty, [0; 8], "a motor is on");
+    }
 }
 
 #[test]

@@ -33,8 +33,9 @@ pub struct Controller {
     pub mic_lin: u16,
     /// Loudness, logarithmic. Reported from firmware 4.2.4 on, by the compressed exchange.
     pub mic_log: u16,
-    /// The last received outputs. They are kept after StopOnline and when the client is lost, until the next
-    /// StartOnline, or until the [watchdog](crate::SimulatedTxtBuilder::board_watchdog) of the board clears them.
+    /// The last received outputs. They are kept after StopOnline and when the client is lost, until the first exchange
+    /// after the next StartOnline, or until the [watchdog](crate::SimulatedTxtBuilder::board_watchdog) of the board
+    /// clears them. (Measured on the maker's firmware 4.7.0 under emulation.)
     pub outputs: ExchangeData,
     /// The last accepted configuration; the default before the first.
     pub config: Config,
@@ -45,6 +46,8 @@ pub struct Controller {
     positions: Positions,
     motor_ids: [CommandIds; IZ_MOTOR],
     sound: Sound,
+    /// Whether there was no exchange since StartOnline.
+    is_new_session: bool,
     /// Ids of the counter resets that were done before this exchange.
     finished_resets: [u16; IZ_COUNTER],
     /// Ids of the counter resets of this exchange; the next one reports them.
@@ -116,9 +119,9 @@ impl Controller {
         self.outputs.duty != [0; 8] || self.sound.playing_id().is_some()
     }
 
-    /// Stops motors and forgets all commands and the configuration's id. A sound plays on.
+    /// Forgets the configuration's id. Motors go on until the first exchange, and a sound plays on.
     pub(crate) fn begin_session(&mut self) {
-        self.stop_outputs();
+        self.is_new_session = true;
         self.sound.forget_ids();
         self.config_id = 0;
     }
@@ -139,8 +142,12 @@ impl Controller {
         self.latest_resets = [0; IZ_COUNTER];
     }
 
-    /// Takes over outputs. A command is new when its id differs from the one before.
+    /// Takes over outputs. A command is new when its id differs from the one before; in a new session all are
+    /// forgotten.
     pub(crate) fn take_over(&mut self, outputs: ExchangeData) {
+        if mem::take(&mut self.is_new_session) {
+            self.stop_outputs();
+        }
         let before = mem::replace(&mut self.outputs, outputs);
         for index in 0..IZ_MOTOR {
             let id = outputs.motor_command_id[index];

@@ -141,7 +141,8 @@ impl Machine {
         Ok(())
     }
 
-    /// Begins online mode: all outputs are cleared, and the next configuration is taken over.
+    /// Begins online mode: the next exchange clears the outputs of the session before, and the next configuration is
+    /// taken over.
     pub(crate) fn start_online(&mut self) {
         self.online = false;
         self.oddities.begin_session();

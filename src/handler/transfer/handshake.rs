@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use crate::client::{I2cAccess, TimeLimits};
 use crate::error::Error;
-use crate::exchange::Exchange;
+use crate::exchange::{Exchange, Outgoing};
 use crate::firmware::FirmwareVersion;
 use crate::handler::settings::Settings;
 use crate::handler::shared::Shared;
@@ -17,6 +17,21 @@ use crate::notices::notice;
 pub(crate) struct Link {
     pub(crate) client: TxtClient,
     pub(crate) exchange: Exchange,
+}
+
+impl Link {
+    /// Stops motors and sounds with an exchange, whatever the areas say, and ends online mode. Without the exchange,
+    /// the controller keeps the outputs of the session before.
+    pub(crate) fn leave(mut self, mut areas: Vec<Outgoing>) -> Result<(), Error> {
+        let Self { client, exchange } = &mut self;
+        for area in &mut areas {
+            area.output.stop_motors();
+            area.txt_outputs.sound_index = 0;
+        }
+        exchange.end_sounds();
+        client.exchange(exchange, &areas)?;
+        client.stop_online()
+    }
 }
 
 /// How long to wait between two attempts while the firmware's program starts again.

@@ -14,29 +14,38 @@ use crate::notices::notice;
 /// How long to wait after a failed attempt: twice as long each time.
 const FIRST_PAUSE: Duration = Duration::from_millis(50);
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
+/// How long the last attempt may take to connect, which only stops the motors: somebody waits for it.
+const LAST_CONNECT: Duration = Duration::from_secs(2);
+/// An attempt that fails in less time, such as by a refusal, says little about a controller that is just coming back.
+const SOON: Duration = Duration::from_secs(1);
 
 impl TransferThread<'_> {
     /// Re-establishes the connection, with repeated attempts within the limit. Returns the first response on it, or
-    /// `None` if the transfer is to stop.
+    /// `None` if the transfer is to stop: then the motors are stopped by an exchange on it.
     ///
     /// The outputs are stopped before this is called. The first request has the outputs that the program has
     /// written since it knew of that.
     pub(super) fn reconnect(&mut self, limit: Duration) -> Result<Option<Delivery>, Error> {
         let (begin, lost_at) = (now(), self.shared.state().clock.now());
         let mut pause = FIRST_PAUSE;
-        while self.shared.stop().is_none() {
+        loop {
             let rest = limit.saturating_sub(now() - begin);
-            match self.attempt(rest) {
+            let (started, is_last) = (now(), self.shared.stop().is_some());
+            match self.attempt(if is_last { LAST_CONNECT } else { rest }) {
                 Ok(Some(delivered)) => {
                     let peer = self.settings.peer();
                     notice!(Info, "connected to {peer} again after {:?}", now() - begin);
                     self.shared.resume(lost_at);
                     return Ok(Some(delivered));
                 }
-                Ok(None) => break,
+                Ok(None) => return Ok(None),
                 // Another attempt would find the same firmware.
                 Err(error @ Error::FirmwareTooOld { .. }) => return Err(error),
-                Err(error) if now() - begin >= limit => {
+                Err(error) if is_last => return Err(error),
+                Err(error) if self.shared.stop().is_some() && now() - started > SOON => {
+                    return Err(error);
+                }
+                Err(error) if now() - begin >= limit && self.shared.stop().is_none() => {
                     return Err(Error::ReconnectFailed { limit, cause: Box::new(error) });
                 }
                 Err(error) => {
@@ -48,20 +57,18 @@ impl TransferThread<'_> {
             self.shared.wait_for_stop(now() + pause.min(rest));
             pause = (2 * pause).min(LONGEST_PAUSE);
         }
-        Ok(None)
     }
 
     /// Tries once to connect and to exchange; `None` if the transfer is to stop.
     fn attempt(&mut self, rest: Duration) -> Result<Option<Delivery>, Error> {
         let limit = self.settings.limits.connect.min(rest);
-        let (mut link, config_updates) = handshake::connect(&self.settings, limit, self.shared)?;
+        let (link, config_updates) = handshake::connect(&self.settings, limit, self.shared)?;
         if self.shared.lock_step {
             // A command is sent after the first exchange.
             self.shared.wait_for_step(self.cycle.areas_mut());
         }
         if self.shared.stop().is_some() {
-            // No motor runs, and none is to start.
-            let _ = link.client.stop_online();
+            link.leave(self.shared.outgoing())?;
             return Ok(None);
         }
         let Settings { network, camera_port, .. } = self.settings;

@@ -79,7 +79,15 @@ impl<'a> TransferThread<'a> {
         notice!(Warn, "the connection to {peer} is lost and is being re-established: {error:#}");
         self.cycle.lose(&error);
         self.connected = false;
-        let Some(delivered) = self.reconnect(limit)? else { return Ok(self.shared.stop()) };
+        let delivered = match self.reconnect(limit) {
+            Ok(Some(delivered)) => delivered,
+            Ok(None) => return Ok(self.shared.stop()),
+            // A panic of the program is the reason that counts.
+            Err(error) => {
+                self.shared.stop().map_or(Ok(()), Stop::result)?;
+                return Err(error);
+            }
+        };
         self.connected = true;
         Ok(self.cycle.finish(&delivered, None))
     }

@@ -128,12 +128,11 @@ impl Controller {
             return (By::NeverOn, None);
         };
         let (last_on, next) = (record[index], record.get(index + 1));
-        if let Some(next) = next.filter(|next| next.connection == last_on.connection) {
-            return (By::Exchange, Some(next.at.saturating_duration_since(fault)));
-        }
         let off = off.expect("motors that were on are off");
-        // Another connection: its StartOnline has cleared the outputs.
-        (By::Board, Some(off.saturating_duration_since(fault)))
+        match next {
+            Some(next) => (By::Exchange, Some(next.at.saturating_duration_since(fault))),
+            None => (By::Board, Some(off.saturating_duration_since(fault))),
+        }
     }
 
     /// Stops the watcher, and returns when the motors were off.

@@ -84,7 +84,6 @@ fn row(beside: Beside, reason: Reason) -> Row {
         }
         _ => limit,
     };
-    let by: &[By] = if reason == Reason::Gap { &[By::Board] } else { &[By::Exchange] };
     let turn = match beside {
         // There is one logger for all.
         Beside::BlockedLogger => Turn::Alone,
@@ -93,7 +92,7 @@ fn row(beside: Beside, reason: Reason) -> Row {
     };
     Row::new(SECTION, fault, beside.text())
         .sees(sees, limit)
-        .by(by)
+        .by(&[By::Exchange])
         .turn(turn)
         .test(move || Ok(run(beside, reason)))
 }

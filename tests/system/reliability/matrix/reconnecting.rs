@@ -23,6 +23,8 @@ const SECTION: &str = "The main connection, with reconnecting";
 
 const ONCE: &str = "`ConnectionLost` once, and it goes on";
 
+const EXCHANGE_OR_NEVER: [By; 2] = [By::Exchange, By::NeverOn];
+
 /// How long reconnecting is tried if it can't succeed.
 const LIMIT: Duration = Duration::from_secs(1);
 
@@ -31,6 +33,8 @@ const VERSION: FirmwareVersion = FirmwareVersion::new(4, 1, 6);
 pub(crate) fn rows() -> Vec<Row> {
     let mut rows = Vec::new();
     for Way { in_request, fault, text, sees, by, places } in ways() {
+        // If nothing of this connection arrives, the first exchange of the next one stops them.
+        let by = if by.contains(&By::NeverOn) { &EXCHANGE_OR_NEVER[..] } else { &[By::Exchange] };
         let row = Row::new(SECTION, text, "while it runs").sees(ONCE, sees.1).by(by);
         rows.push(places.iter().fold(row, |row, &place| {
             let strike = Strike { place, in_request, fault };
@@ -53,7 +57,9 @@ pub(crate) fn rows() -> Vec<Row> {
             row.test_at(format!("{place:?}"), move || Ok(run(strike, Some(DEADLINE))))
         }));
     }
-    let closed = |fault, place| Row::new(SECTION, fault, place).by(&[By::Board]);
+    let closed = |fault, place| Row::new(SECTION, fault, place).by(&[By::Exchange]);
+    let gone = |place| Row::new(SECTION, "the controller is gone", place).by(&[By::Board]);
+    let back = |place| closed("the controller is back", place);
     rows.extend([
         closed("FIN", "with eight waiting threads, and an idle handle")
             .sees("`ConnectionLost` once for each handle, and it goes on", "immediately")
@@ -69,7 +75,6 @@ pub(crate) fn rows() -> Vec<Row> {
             .test(|| Ok(with_waiters(&AT_FIRST_EXCHANGE, 2))),
         closed("silence at the first exchange after a gap", "with a duty that was set in the gap")
             .sees("`ConnectionLost` once more, and it goes on", "the read limit (1 s)")
-            .by(&[By::Exchange])
             .test(|| Ok(duty_in_gap())),
         closed("FIN", "while a guard with a duty is held during the gap")
             .sees(ONCE, "when the guard is dropped")
@@ -77,11 +82,13 @@ pub(crate) fn rows() -> Vec<Row> {
         closed("FIN", "while the camera runs").sees(ONCE, "immediately").test(|| Ok(with_camera())),
         closed("the controller is restarted", "with newer firmware")
             .sees("`ConnectionLost` once, then the new version", "immediately")
+            .by(&[By::Board])
             .test(|| Ok(restarted(FirmwareVersion::new(4, 7, 0)))),
         closed("the controller is restarted", "with firmware below 4.1.6")
             .sees("`ConnectionLost`, then `FirmwareTooOld`", "the next attempt")
+            .by(&[By::Board])
             .test(|| Ok(restarted(FirmwareVersion::new(4, 1, 5)))),
-        closed("the controller is gone", "until the limit for reconnecting")
+        gone("until the limit for reconnecting")
             .sees("`ConnectionLost`, then `ReconnectFailed`", "the limit (1 s)")
             .test(|| {
                 Ok(in_gap(LIMIT, |handler, area, _| {
@@ -90,25 +97,31 @@ pub(crate) fn rows() -> Vec<Row> {
                     error
                 }))
             }),
-        closed("the controller is gone", "`end_transfer` in the gap")
-            .sees("`NotStarted` in each wait", "the current attempt")
+        gone("`end_transfer` in the gap")
+            .sees("`ConnectionClosed` with the command", "one more attempt")
             .test(|| {
                 Ok(in_gap(DEADLINE, |handler, area, _| {
-                    assert_eq!(handler.end_transfer(), Ok(()));
-                    next_error(area)
+                    let error = handler.end_transfer().unwrap_err();
+                    assert_eq!(next_error(area), error);
+                    error
                 }))
             }),
-        closed("the controller is gone", "drop of the handler in the gap")
-            .sees("`NotStarted` in each wait", "the current attempt")
+        gone("drop of the handler in the gap")
+            .sees("`ConnectionClosed` with the command", "one more attempt")
             .test(|| {
                 Ok(in_gap(DEADLINE, |handler, area, _| {
                     drop(handler);
                     next_error(area)
                 }))
             }),
-        closed("the controller is gone", "panic under a guard in the gap")
-            .sees("`ProgramPanicked`", "the current attempt")
-            .test(|| {
+        back("`end_transfer` in the gap")
+            .sees("`NotStarted` in each wait", "one more attempt")
+            .test(|| Ok(ended_in_gap(|handler| assert_eq!(handler.end_transfer(), Ok(()))))),
+        back("drop of the handler in the gap")
+            .sees("`NotStarted` in each wait", "one more attempt")
+            .test(|| Ok(ended_in_gap(drop))),
+        gone("panic under a guard in the gap").sees("`ProgramPanicked`", "one more attempt").test(
+            || {
                 Ok(in_gap(DEADLINE, |handler, area, _| {
                     let panicked = catch_unwind(AssertUnwindSafe(|| {
                         let mut guard = handler.areas().lock();
@@ -120,8 +133,9 @@ pub(crate) fn rows() -> Vec<Row> {
                     assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
                     error
                 }))
-            }),
-        closed("the controller is gone", "`begin_transfer` in the gap")
+            },
+        ),
+        gone("`begin_transfer` in the gap")
             .sees("`AlreadyStarted`, and it goes on", "immediately")
             .test(|| {
                 Ok(in_gap(DEADLINE, |handler, area, proxy| {
@@ -332,6 +346,21 @@ fn in_gap(
     let lost = Instant::now();
     let error = run(handler, &area, &proxy);
     let soon = Some(lost.elapsed());
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    Outcome { seen: Seen::Error(error), soon, by, stopped }
+}
+
+/// The controller can be reached again when the transfer is ended in the gap.
+fn ended_in_gap(end: fn(TransferAreaComHandler)) -> Outcome {
+    let (controller, proxy, handler) = start(DEADLINE);
+    let area = handler.areas().clone();
+    let (_socket, nobody) = closed_port();
+    lose(&proxy, &area, nobody);
+    let back = Instant::now();
+    proxy.lead_to(controller.port());
+    end(handler);
+    let soon = Some(back.elapsed());
+    let error = next_error(&area);
     let (by, stopped) = controller.stopped_after(proxy.struck());
     Outcome { seen: Seen::Error(error), soon, by, stopped }
 }
