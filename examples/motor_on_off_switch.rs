@@ -8,7 +8,7 @@
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
 //! cargo add ft-transfer-area --path FOLDER
 //! cargo add ft-transfer-area-simulator --path FOLDER/simulator
-//! cargo add ctrlc@3
+//! cargo add ctrlc@3 --features termination
 //! ```
 //!
 //! It prints its wiring, and says what is not plugged in. Ctrl-C stops the motors and ends the

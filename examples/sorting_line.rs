@@ -11,7 +11,7 @@
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
 //! cargo add ft-transfer-area --path FOLDER
 //! cargo add ft-transfer-area-simulator --path FOLDER/simulator
-//! cargo add ctrlc@3
+//! cargo add ctrlc@3 --features termination
 //! ```
 //!
 //! Each step of a disc is a state, and each answer of the loop leads from one to the next. The simulated line gets

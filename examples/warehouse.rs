@@ -14,7 +14,7 @@
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
 //! cargo add ft-transfer-area --path FOLDER
 //! cargo add ft-transfer-area-simulator --path FOLDER/simulator
-//! cargo add ctrlc@3
+//! cargo add ctrlc@3 --features termination
 //! ```
 //!
 //! `txt simulate --world high_bay_warehouse --show` shows the machine.

@@ -11,7 +11,7 @@
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
 //! cargo add ft-transfer-area --path FOLDER
 //! cargo add ft-transfer-area-simulator --path FOLDER/simulator
-//! cargo add ctrlc@3
+//! cargo add ctrlc@3 --features termination
 //! ```
 //!
 //! To lose the connection to a real TXT, leave the room with the PC, or switch the TXT off and on

@@ -10,7 +10,7 @@
 //!
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
 //! cargo add ft-transfer-area --path FOLDER
-//! cargo add ctrlc@3
+//! cargo add ctrlc@3 --features termination
 //! ```
 
 use std::env;

@@ -80,7 +80,7 @@ fn asked_by(#[cfg(unix)] further: &[Signal]) -> anyhow::Result<Receiver<()>> {
     #[cfg(unix)]
     {
         let hangup = (!is_hangup_ignored()).then_some(Signal::SIGHUP);
-        let ends = [Signal::SIGTERM].into_iter().chain(hangup);
+        let ends = [Signal::SIGINT, Signal::SIGTERM].into_iter().chain(hangup);
         let mut ends =
             Signals::new(ends.map(|signal| signal as i32)).context("signals can't be watched")?;
         let asked = Arc::clone(&asked);
@@ -96,11 +96,14 @@ fn asked_by(#[cfg(unix)] further: &[Signal]) -> anyhow::Result<Receiver<()>> {
         };
         thread::Builder::new().name("input".to_owned()).spawn(wait)?;
     }
-    let watched = ctrlc::set_handler(move || asked.again()).map_err(|error| match error {
-        ctrlc::Error::System(cause) => anyhow::Error::from(cause),
-        other => other.into(),
-    });
-    watched.context("Ctrl-C can't be watched")?;
+    #[cfg(not(unix))]
+    {
+        let watched = ctrlc::set_handler(move || asked.again()).map_err(|error| match error {
+            ctrlc::Error::System(cause) => anyhow::Error::from(cause),
+            other => other.into(),
+        });
+        watched.context("Ctrl-C can't be watched")?;
+    }
     Ok(interrupted)
 }
 

@@ -131,12 +131,22 @@ fn drive(machine: &mut Machine) {
 fn ctrl_c_stops_the_motors_of_the_controller_that_is_named_and_goes_offline() {
     thread::scope(|scope| {
         for table in TABLES {
-            scope.spawn(|| assert_ctrl_c_stops(table));
+            scope.spawn(|| assert_stopped_by("INT", table));
         }
     });
 }
 
-fn assert_ctrl_c_stops(Table { name, user, on }: Table) {
+#[cfg_attr(not(unix), ignore = "signals are those of Unix")]
+#[test]
+fn a_closed_terminal_and_sigterm_stop_the_motors_too() {
+    thread::scope(|scope| {
+        for (signal, table) in ["HUP", "TERM"].into_iter().zip(TABLES) {
+            scope.spawn(|| assert_stopped_by(signal, table));
+        }
+    });
+}
+
+fn assert_stopped_by(signal: &str, Table { name, user, on }: Table) {
     let last: Arc<Mutex<Vec<ExchangeData>>> = Arc::default();
     let record = Arc::clone(&last);
     let txt = SimulatedTxt::builder()
@@ -154,7 +164,7 @@ fn assert_ctrl_c_stops(Table { name, user, on }: Table) {
     };
     let all_on = |machine: &Machine| on.iter().all(|output| is_on(machine, output));
     assert!(txt.wait_until(all_on, DEADLINE), "{name} does nothing");
-    run.interrupt();
+    run.signal(signal);
     let lines = run.finish();
     if ["c_program", "extended_motor_control", "two_models"].contains(&name) {
         assert_eq!(lines.last().unwrap(), "Stopped by Ctrl-C.", "{name} was not interrupted");
