@@ -8,7 +8,7 @@ use ft_transfer_area::FishX1Transfer;
 
 use super::payload::{named, short, Fields};
 use super::topics::{HEARTBEAT, STOP};
-use crate::commands::{sentence, stop_all, Command, Pair};
+use crate::commands::{absent, is_connected, sentence, stop_all, Command, Pair};
 
 /// What has commands: its terminals, and the last words of their topics.
 const COMMANDS: [(&str, &[&str]); 5] = [
@@ -73,13 +73,16 @@ impl Received {
                 Ok(())
             }
             Self::Area(index, command) => {
-                let extensions = areas.len() - 1;
+                let (extensions, connected) = (areas.len() - 1, is_connected(areas, index));
                 let area = areas.get_mut(index).ok_or_else(|| {
                     format!(
                         "there is no extension {index}; the bridge was started for {extensions} \
                          extensions, see --extensions"
                     )
                 })?;
+                if !connected {
+                    return Err(absent(index));
+                }
                 command.apply(area).map_err(explain)
             }
         }

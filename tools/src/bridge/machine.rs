@@ -11,6 +11,7 @@ use ft_transfer_area::{Error, Event, Events, FishX1Transfer, TimeLimits, Transfe
 
 use super::relay::{Relay, Setup};
 use super::report::{Stage, TOLD};
+use crate::commands::stop_absent;
 
 /// How long a response may take before the broker is checked without one.
 const LOOK: Duration = Duration::from_millis(100);
@@ -141,6 +142,7 @@ impl<'a> Machine<'a> {
         while !self.should_stop() {
             let cycle = match self.handler.areas().wait_cycle_for(LOOK) {
                 Ok(mut areas) => {
+                    stop_absent(&mut areas);
                     // What came while the controller was away is too late.
                     let open = !self.relay.is(Stage::Gap);
                     self.relay.read(open.then_some(&mut *areas))?;

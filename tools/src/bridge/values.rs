@@ -8,6 +8,7 @@ use ft_transfer_area::FishX1Transfer;
 
 use super::topics::Topics;
 use super::value::{values_of, Read, Value};
+use crate::commands::is_connected;
 
 /// Which changes of measured values are published.
 #[derive(Clone, Copy, Debug)]
@@ -22,8 +23,8 @@ pub(crate) struct Noise {
 /// waited that come in meanwhile.
 const REMOVALS: usize = 10;
 
-/// All values that a controller can have, with what was published about each. Those of extensions that it has not are
-/// removed, because a bridge of this name may have left them at the broker.
+/// All values that a controller can have, with what was published about each. Those of extensions that are not
+/// connected are removed: they are not those of now, and a bridge of this name may have left them at the broker.
 pub(crate) struct Values {
     values: Vec<Tracked>,
     noise: Noise,
@@ -88,8 +89,9 @@ impl Values {
             if cycle < reported.newest {
                 continue;
             }
-            let value = areas.get(reported.area).and_then(&reported.read);
-            if value.is_none() && reported.last.is_none() {
+            let area = areas.get(reported.area).filter(|_| is_connected(areas, reported.area));
+            let value = area.and_then(&reported.read);
+            if value.is_none() && !matches!(reported.last, Some((None, _))) {
                 removals += 1;
                 if removals > REMOVALS {
                     continue;

@@ -168,11 +168,42 @@ fn go(
     }
 }
 
+/// Whether an extension took part in the response that the areas show. The master always does.
+pub(crate) fn is_connected(areas: &[FishX1Transfer], index: usize) -> bool {
+    let Some(extension) = index.checked_sub(1) else { return true };
+    let alive = areas.first().and_then(|master| master.state.io_slave_alive.get(extension));
+    alive.is_some_and(|alive| *alive != 0)
+}
+
+/// Why a command for an extension that is not connected does nothing.
+pub(crate) fn absent(extension: usize) -> String {
+    format!("extension {extension} is not connected")
+}
+
+/// Stops what an extension that is not connected was told before: it would turn when the extension comes back.
+pub(crate) fn stop_absent(areas: &mut [FishX1Transfer]) {
+    for index in 1..areas.len() {
+        if !is_connected(areas, index) && is_on(&areas[index]) {
+            stop_all(&mut areas[index..=index]);
+        }
+    }
+}
+
+/// Whether there is something to stop.
+fn is_on(area: &FishX1Transfer) -> bool {
+    let output = &area.output;
+    output.duty != [0; 8] || output.distance != [0; 4] || output.master != [0; 4] || sounds(area)
+}
+
+fn sounds(area: &FishX1Transfer) -> bool {
+    !area.is_sound_ready() && area.txt_outputs.sound_index != SILENCE
+}
+
 /// Switches off all motors, outputs and sounds.
 pub(crate) fn stop_all(areas: &mut [FishX1Transfer]) {
     for area in areas {
         area.output.stop_motors();
-        if !area.is_sound_ready() && area.txt_outputs.sound_index != SILENCE {
+        if sounds(area) {
             area.txt_outputs.sound_index = SILENCE;
             area.raise_sound_cmd_id();
         }

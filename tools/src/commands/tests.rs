@@ -75,3 +75,23 @@ fn what_is_wrong_for_this_area_changes_nothing() {
     assert_eq!(output.check(), Ok(()));
     assert_eq!(output.apply(&mut area), Err(InvalidCall::NotAnOutput { output: Output::O4 }));
 }
+
+#[test]
+fn what_an_absent_extension_was_told_is_stopped_once() {
+    let mut areas = [FishX1Transfer::default(); 3];
+    areas[0].state.io_slave_alive[1] = 1;
+    for area in &mut areas {
+        moved(Motor::M1, 300, Some(50), &[]).apply(area).unwrap();
+        Command::Sound { index: 3, repeat: 1 }.apply(area).unwrap();
+    }
+    let before = areas;
+    stop_absent(&mut areas);
+    assert_eq!((areas[0], areas[2]), (before[0], before[2]));
+    let stopped = areas[1].output;
+    assert_eq!((*stopped.duty, *stopped.distance), ([0; 8], [0; 4]));
+    assert_ne!(stopped.motor_ex_cmd_id, before[1].output.motor_ex_cmd_id, "a new command");
+    assert_eq!(areas[1].txt_outputs.sound_index, SILENCE);
+    let after = areas;
+    stop_absent(&mut areas);
+    assert_eq!(areas, after, "nothing is left to stop");
+}

@@ -17,7 +17,7 @@ use super::order::{not_connected, stopped, Order};
 use super::problem::Problem;
 use super::state::{self, HostState, Link, Newest, Phase, STATE_PERIOD};
 use super::world::Simulated;
-use crate::commands::{stop_all, Command};
+use crate::commands::{absent, is_connected, stop_absent, stop_all, Command};
 use crate::recording::on_demand::Button;
 
 /// How long to wait for a response before looking after everything else.
@@ -136,6 +136,7 @@ impl Worker {
             self.is_cut = false;
             self.controller.running.store(true, Ordering::Relaxed);
         }
+        stop_absent(&mut areas);
         self.obey(&mut areas);
         self.carry_out(&mut areas);
         let copy = self.is_due().then(|| areas.to_vec());
@@ -164,7 +165,9 @@ impl Worker {
                 Err(stopped())
             } else {
                 let (index, command) = &order.request;
+                let connected = is_connected(areas, *index);
                 match areas.get_mut(*index) {
+                    Some(_) if !connected => Err(Problem::new("absent", absent(*index))),
                     Some(area) => command.apply(area).map_err(Problem::from),
                     None => Err(no_area(*index, areas.len())),
                 }

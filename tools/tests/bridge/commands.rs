@@ -4,7 +4,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area_simulator::SimulatedTxt;
-use serde_json::json;
+use serde_json::{json, Value};
 
 use super::support::{is_state, m1, wait_machine, Bridge, Broker, Listener, LONGEST_WAIT};
 
@@ -86,6 +86,48 @@ fn wrong_commands_are_answered_and_change_nothing() {
         assert!(reported["error"].as_str().unwrap().contains(error), "{reported}");
     }
     assert_eq!(txt.with_machine(|machine| m1(machine)), 200, "it still turns");
+}
+
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
+#[test]
+fn an_extension_that_is_not_connected_takes_no_commands_and_has_no_values() {
+    let Some(broker) = Broker::start() else { return };
+    let txt = SimulatedTxt::builder().extensions(1).start().unwrap();
+    let host = txt.address().to_string();
+    let arguments = [&*host, "--name", "press", "--extensions", "2", "--master-limit", "0"];
+    let _bridge = Bridge::start(broker.port, arguments);
+    let listener = Listener::new(&broker);
+    let is_refused = |extension: usize, duty: i16| {
+        let (from, topic) = (listener.now(), format!("ft/press/ext{extension}/M1/set"));
+        listener.send(&topic, format!("{{\"duty\": {duty}}}"));
+        let error = format!("extension {extension} is not connected");
+        listener.wait(from, "ft/press/error", |reported| {
+            (&reported["topic"], &reported["error"]) == (&json!(topic), &json!(error))
+        });
+    };
+    listener.wait(0, "ft/press/ext1/M1", |reported| reported["duty"] == 0);
+    is_refused(2, 200);
+    listener.send("ft/press/ext1/M1/set", r#"{"duty": 200}"#);
+    listener.wait(0, "ft/press/ext1/M1", |reported| reported["duty"] == 200);
+
+    // It is cut off.
+    let from = listener.now();
+    txt.with_machine(|machine| machine.alive[0] = false);
+    listener.wait(from, "ft/press/extensions", |reported| reported["connected"][0] == false);
+    for tail in ["M1", "M1/config", "I1", "I1/config", "microphone"] {
+        listener.wait(from, &format!("ft/press/ext1/{tail}"), Value::is_null);
+    }
+    is_refused(1, 333);
+
+    // It is back: nothing turns before the next command.
+    let from = listener.now();
+    txt.with_machine(|machine| machine.alive[0] = true);
+    listener.wait(from, "ft/press/ext1/I1", |reported| reported["value"] == 0);
+    listener.wait(from, "ft/press/ext1/M1", |reported| reported["duty"] == 0);
+    listener.send("ft/press/ext1/M2/set", r#"{"duty": 5}"#);
+    wait_machine(&txt, "M2 turns", |machine| machine.controllers[1].outputs.duty[2] == 5);
+    assert_eq!(txt.with_machine(|machine| machine.controllers[1].outputs.duty[0]), 0);
+    assert!(listener.all("ft/press/ext2/I1").iter().all(Value::is_null), "it was never there");
 }
 
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]

@@ -68,12 +68,20 @@ fn an_extension_is_unplugged_and_plugged_in_again() {
     let panel = Panel::start(&["--extensions", "3"]);
     let mut page = panel.driver();
     page.state(0, |state| state["areas"][3]["alive"] == true);
+    let duty = |state: &Value| state["areas"][3]["motors"][0]["duty"][0].clone();
+    page.done(json!({"do": "motor", "area": 3, "motor": 0, "duty": 300}));
+    page.state(0, |state| duty(state) == 300);
     page.done(json!({"do": "plug", "area": 3, "alive": false}));
     let state = page.state(0, |state| state["areas"][3]["alive"] == false);
     assert_eq!(state["world"]["boards"][3]["alive"], false);
     assert_eq!(state["areas"][2]["alive"], true);
+    assert_eq!(duty(&state), 0);
+    // Nothing that was ordered before it is back turns then.
+    assert_eq!(page.refused(json!({"do": "motor", "area": 3, "motor": 0, "duty": 512})), "absent");
     page.done(json!({"do": "plug", "area": 3, "alive": true}));
-    page.state(0, |state| state["areas"][3]["alive"] == true);
+    let state = page.state(0, |state| state["areas"][3]["alive"] == true);
+    assert_eq!(duty(&state), 0);
+    page.done(json!({"do": "motor", "area": 3, "motor": 0, "duty": 100}));
 }
 
 /// A short slide, and a lamp.

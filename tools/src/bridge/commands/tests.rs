@@ -1,8 +1,15 @@
 use super::*;
 
-/// The master's area and an extension's after this command.
-fn after(tail: &str, payload: &str) -> Result<[FishX1Transfer; 2], String> {
+/// The areas of a master and an extension, which is connected.
+fn two_areas() -> [FishX1Transfer; 2] {
     let mut areas = [FishX1Transfer::default(); 2];
+    areas[0].state.io_slave_alive[0] = 1;
+    areas
+}
+
+/// Those areas after this command.
+fn after(tail: &str, payload: &str) -> Result<[FishX1Transfer; 2], String> {
+    let mut areas = two_areas();
     Received::parse(tail, payload.as_bytes())?.apply(&mut areas)?;
     Ok(areas)
 }
@@ -36,7 +43,7 @@ fn a_distance_is_for_a_group_and_a_plain_duty_ends_it() {
 
 #[test]
 fn stop_switches_off_everything_everywhere() {
-    let mut areas = [FishX1Transfer::default(); 2];
+    let mut areas = two_areas();
     for (tail, payload) in [
         ("M1/move", r#"{"duty": 200, "distance": 90}"#),
         ("ext1/M2/set", r#"{"duty": 200}"#),

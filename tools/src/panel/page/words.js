@@ -167,6 +167,7 @@ const GERMAN_PIECES = { white: "das weiße Werkstück", red: "das rote Werkstüc
 
 /** German sentences for errors, by their code. English ones come from the program. */
 const GERMAN_ERRORS = {
+  absent: "Diese Erweiterung ist gerade nicht angeschlossen",
   bad_address: "Das ist keine Adresse",
   bad_answer: "Der Controller hat Unverständliches geantwortet; ist es wirklich ein TXT?",
   bad_message: "Das Programm hat die Nachricht der Seite nicht verstanden; lade die Seite neu",
