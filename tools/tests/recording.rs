@@ -63,6 +63,50 @@ fn a_recording_by_the_program_has_a_table_and_is_not_replaced() {
     assert!(lines.all(is_time), "{table}");
 }
 
+#[test]
+fn an_extension_that_is_not_connected_has_no_values() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    // The first one is pressed, is cut off, and is released then. The second one comes as late.
+    let builder = SimulatedTxt::builder().extensions(2).on_exchange(|machine| {
+        let is_later = machine.exchanges() > 10;
+        machine.alive[..2].copy_from_slice(&[!is_later, is_later]);
+        machine.controllers[1].uni[0] = i16::from(!is_later);
+        machine.controllers[2].uni[0] = (machine.exchanges() / 5 % 2) as i16;
+    });
+    let txt = builder.start().unwrap();
+    let builder = TransferAreaComHandler::builder(txt.address().to_string()).areas(3);
+    let handler = builder.build().unwrap();
+    let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();
+    handler.begin_transfer().unwrap();
+    (0..30).for_each(|_| drop(handler.areas().wait_cycle().unwrap()));
+    handler.end_transfer().unwrap();
+    recorder.finish().unwrap();
+    let table = String::from_utf8(run(&["csv", &path, "E1.I1", "E2.I1"]).stdout).unwrap();
+    let lines = table.lines().skip(1).map(|line| line.split(',').collect());
+    let lines: Vec<Vec<&str>> = lines.collect();
+    let is_there = |line: &&Vec<&str>| [!line[2].is_empty(), !line[3].is_empty()];
+    let (first, later): (Vec<_>, Vec<_>) = lines.iter().partition(|line| line[2] == "1");
+    assert!(!first.is_empty() && first.iter().all(|line| is_there(line) == [true, false]));
+    assert!(
+        later.len() > 10 && later.iter().all(|line| is_there(line) == [false, true]),
+        "{table}"
+    );
+
+    // Without names it is enough that some are there.
+    for picture in ["run.svg", "run.html"] {
+        let picture = in_folder(&folder, picture);
+        let kind = if picture.ends_with("html") { "--html" } else { "-o" };
+        let plot = run(&["plot", &path, kind, &picture]);
+        assert!(plot.status.success(), "{}", said(&plot));
+    }
+    let never = run(&["plot", &path, "E1.I1", "--from", "0.25"]);
+    assert!(said(&never).contains("or the extension was not connected"), "{}", said(&never));
+    // It may come after the first cycle.
+    let same = run(&["compare", &path, &path, "E2.I1"]);
+    assert!(same.status.success(), "{}", said(&same));
+}
+
 #[cfg_attr(not(unix), ignore = "a time zone is chosen by TZ there")]
 #[test]
 fn a_part_is_given_by_the_time_of_day() {

@@ -52,10 +52,14 @@ impl Column {
         (0..areas.min(MAX_AREAS)).flat_map(of_area).collect()
     }
 
-    /// Its value in the areas of a cycle; `None` if the area is not there. Motors are −512..=512, negative for
-    /// backwards; counters are 0..=65535.
+    /// Its value in the areas of a cycle; `None` if the area is not there, or is that of an extension that was not
+    /// connected: its area has what was before. Motors are −512..=512, negative for backwards; counters are
+    /// 0..=65535.
     pub fn value(&self, areas: &[FishX1Transfer]) -> Option<i32> {
         let area = areas.get(self.area)?;
+        if self.area > 0 && areas[0].state.io_slave_alive[self.area - 1] == 0 {
+            return None;
+        }
         let duty = |index: usize| i32::from(area.output.duty[index]);
         Some(match self.terminal {
             Terminal::Input(input) => area.input.uni[input.index()].into(),
@@ -138,6 +142,16 @@ fn terminal_of(name: &str) -> Option<Terminal> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_extension_that_is_not_connected_has_no_values() {
+        let mut areas = [FishX1Transfer::default(); 3];
+        areas[0].state.io_slave_alive[1] = 1;
+        areas[1].input.uni[0] = 1;
+        let values = ["I1", "E1.I1", "E1.M1", "E2.I1", "E3.I1"]
+            .map(|name| name.parse::<Column>().unwrap().value(&areas));
+        assert_eq!(values, [Some(0), None, None, Some(0), None]);
+    }
 
     #[test]
     fn every_column_has_its_name() {

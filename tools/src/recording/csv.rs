@@ -19,7 +19,7 @@ use crate::names::{self, Names};
 const AFTER_HELP: &str = "\
 One line for each cycle: the time in seconds since the beginning, the number of the cycle, and the
 inputs, counters and motors, E1.I1 for extension 1. Motors are -512 to 512, negative for backwards.
-The last column is date and time of day in this computer's time zone, with its offset from UTC. With
+While an extension is not connected, it has no values. The last column is date and time of day in this computer's time zone, with its offset from UTC. With
 --names, the first line has I1 (gate) in place of I1. A part of it is given by seconds or by times
 of day, as in --from 03:12 --to 03:14:30.
 
@@ -125,7 +125,7 @@ impl Table {
             }
             progress.inc(1);
             let head = [format!("{:.6}", entry.at.as_secs_f64()), cycle.number.to_string()];
-            // An area that the handler did not have is empty.
+            // An area that the handler did not have, or of an extension that was not there, is empty.
             let text = |value: Option<i32>| value.map_or(String::new(), |value| value.to_string());
             let values = self.columns.iter().map(|column| text(column.value(&cycle.areas)));
             let local_time = clock.precise(entry.at);

@@ -201,8 +201,11 @@ impl Tracks {
             bail!("{file} has no cycle in this time");
         };
         let missing = self.tracks.iter().find(|track| track.lines.is_empty());
-        if let Some(Track { column, .. }) = missing {
-            bail!("{column} is not in {file}: its program has no area for it");
+        if let Some(Track { column, .. }) = missing.filter(|_| !self.all) {
+            bail!(
+                "{column} is not in {file}: in this time its program had no area for it, or the \
+                 extension was not connected"
+            );
         }
         Ok(seen)
     }
@@ -316,8 +319,15 @@ impl Track {
         Self { column, lines: Vec::new() }
     }
 
+    /// The next value is not connected with the last one.
+    fn cut(&mut self) {
+        self.lines.iter_mut().for_each(|(_, line)| line.cut());
+    }
+
     fn take(&mut self, at: f64, cycle: &Cycle, connected: bool, buckets: Option<usize>) {
-        let Some(value) = self.column.value(&cycle.areas) else { return };
+        let Some(value) = self.column.value(&cycle.areas) else {
+            return self.cut();
+        };
         let unit = self.column.unit(&cycle.areas);
         let known = self.lines.iter().position(|(of, _)| *of == unit);
         let current = known.unwrap_or_else(|| {
