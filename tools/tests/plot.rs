@@ -127,6 +127,37 @@ fn without_names_all_that_changes_is_drawn() {
     );
 }
 
+/// All pairs are single outputs, and all are switched on together.
+#[test]
+fn lamps_are_drawn_and_in_the_table_as_single_outputs() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lamps.mcap");
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let handler = TransferAreaComHandler::builder(txt.address().to_string()).build().unwrap();
+    let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();
+    Motor::ALL.into_iter().for_each(|motor| {
+        handler.areas().lock()[0].set_ft_motor_config(motor, false);
+    });
+    handler.begin_transfer().unwrap();
+    for cycle in 0..40 {
+        handler.areas().wait_cycle().unwrap()[0].output.duty =
+            [i16::from(cycle > 20) * 512; 8].into();
+    }
+    handler.end_transfer().unwrap();
+    recorder.finish().unwrap();
+    let picture = svg(&path, &[]);
+    let has = |name: &str| picture.lines().any(|line| line.trim() == name);
+    assert_eq!(["O1", "O8", "M1"].map(has), [true, true, false]);
+    let mut csv = Command::new(env!("CARGO_BIN_EXE_txt"));
+    let table = csv.arg("csv").arg(&path).output().unwrap().stdout;
+    assert!(text(&table)
+        .lines()
+        .next()
+        .unwrap()
+        .ends_with(",M4,O1,O2,O3,O4,O5,O6,O7,O8,local_time"));
+    assert!(text(&table).lines().any(|line| line.contains(",0,512,512,")), "M4, O1 and O2");
+}
+
 #[test]
 fn a_part_of_the_time_has_only_its_values() {
     let (_folder, path) = recording();

@@ -42,14 +42,33 @@ enum Terminal {
 impl Column {
     /// The inputs, counters and motors of this many areas, in the order of a table.
     pub fn of_areas(areas: usize) -> Vec<Self> {
+        let mut all = Self::all_of_areas(areas);
+        all.retain(|column| !matches!(column.terminal, Terminal::Output(_)));
+        all
+    }
+
+    /// The same with the single outputs of each area after its motors.
+    pub fn all_of_areas(areas: usize) -> Vec<Self> {
         let of_area = |area| {
             let inputs = Input::ALL.map(Terminal::Input).into_iter();
             let counters = Counter::ALL.map(Terminal::Counter);
             let motors = Motor::ALL.map(Terminal::Motor);
-            let terminals = inputs.chain(counters).chain(motors);
+            let outputs = Output::ALL.map(Terminal::Output);
+            let terminals = inputs.chain(counters).chain(motors).chain(outputs);
             terminals.map(move |terminal| Self { area, terminal })
         };
         (0..areas.min(MAX_AREAS)).flat_map(of_area).collect()
+    }
+
+    /// Whether it is there with the configuration of a cycle, where M1 is either a motor or O1 and O2. Inputs and
+    /// counters always are.
+    pub fn is_configured(&self, areas: &[FishX1Transfer]) -> bool {
+        let (motor, is_output) = match self.terminal {
+            Terminal::Input(_) | Terminal::Counter(_) => return true,
+            Terminal::Motor(motor) => (motor, false),
+            Terminal::Output(output) => (output.motor(), true),
+        };
+        areas.get(self.area).is_some_and(|area| (area.config.motor[motor] == 0) == is_output)
     }
 
     /// Its value in the areas of a cycle; `None` if the area is not there, or is that of an extension that was not
@@ -166,6 +185,17 @@ mod tests {
         {
             assert!(wrong.parse::<Column>().is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn a_pair_is_a_motor_or_two_outputs() {
+        let mut areas = [FishX1Transfer::default(); 2];
+        areas[0].config.motor[1] = 0;
+        let all = Column::all_of_areas(2);
+        assert_eq!(all.len(), 48);
+        let there = all.iter().filter(|column| column.is_configured(&areas));
+        let there: Vec<_> = there.map(Column::to_string).skip(12).take(6).collect();
+        assert_eq!(there, ["M1", "M3", "M4", "O3", "O4", "E1.I1"]);
     }
 
     #[test]

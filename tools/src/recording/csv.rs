@@ -19,9 +19,10 @@ use crate::names::{self, Names};
 const AFTER_HELP: &str = "\
 One line for each cycle: the time in seconds since the beginning, the number of the cycle, and the
 inputs, counters and motors, E1.I1 for extension 1. Motors are -512 to 512, negative for backwards.
-While an extension is not connected, it has no values. The last column is date and time of day in this computer's time zone, with its offset from UTC. With
---names, the first line has I1 (gate) in place of I1. A part of it is given by seconds or by times
-of day, as in --from 03:12 --to 03:14:30.
+Where M1 is configured as two outputs, there are O1 and O2, too, and M1 is O1 less O2. While an
+extension is not connected, it has no values. The last column is date and time of day in this
+computer's time zone, with its offset from UTC. With --names, the first line has I1 (gate) in place
+of I1. A part of it is given by seconds or by times of day, as in --from 03:12 --to 03:14:30.
 
 Example: txt csv run.mcap I1 M1 E1.C1 -o run.csv";
 
@@ -31,7 +32,8 @@ Example: txt csv run.mcap I1 M1 E1.C1 -o run.csv";
 pub(crate) struct Args {
     /// The recording
     file: PathBuf,
-    /// The columns: I1 to I8, C1 to C4, M1 to M4, O1 to O8; without any, all but O1 to O8
+    /// The columns: I1 to I8, C1 to C4, M1 to M4, O1 to O8; without any, all, but
+    /// of O1 to O8 only those that are configured
     columns: Vec<Column>,
     #[command(flatten)]
     names: names::File,
@@ -45,11 +47,8 @@ pub(crate) struct Args {
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     ensure_is_one(&args.file)?;
     let names = args.names.read()?;
-    let columns = if args.columns.is_empty() {
-        Column::of_areas(1 + Survey::of(&args.file)?.extensions)
-    } else {
-        args.columns
-    };
+    let columns =
+        if args.columns.is_empty() { Survey::of(&args.file)?.columns() } else { args.columns };
     let part = args.part.of(&args.file)?;
     let recording = Recording::open(&args.file)?;
     let table = Table { columns, names, part };

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Duration;
 
-use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
-use ft_transfer_area_recorder::{Cycle, Error, Recorded, Recording, Transfer};
+use ft_transfer_area::transfer_area::{IZ_MOTOR, MAX_AREAS, MAX_EXTENSIONS};
+use ft_transfer_area::FishX1Transfer;
+use ft_transfer_area_recorder::{Column, Cycle, Error, Recorded, Recording, Transfer};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -40,6 +41,9 @@ pub(crate) struct Survey {
     pub(crate) areas: usize,
     /// The number of the last extension that took part.
     pub(crate) extensions: usize,
+    /// By area, which pairs were two outputs in a cycle.
+    #[serde(skip)]
+    pub(super) outputs: [[bool; IZ_MOTOR]; MAX_AREAS],
     pub(crate) transfers: u64,
     pub(crate) cycles: u64,
     /// Entries that are missing because the disk was too slow.
@@ -156,10 +160,28 @@ impl Survey {
         known(&self.device_name, &self.firmware)
     }
 
+    /// What a table has: outputs only of pairs that were two outputs.
+    pub(super) fn columns(&self) -> Vec<Column> {
+        let areas = self.outputs.map(|pairs| {
+            let mut area = FishX1Transfer::default();
+            *area.config.motor = pairs.map(|outputs| u8::from(!outputs));
+            area
+        });
+        let (count, others) = (1 + self.extensions, Column::of_areas(MAX_AREAS));
+        let mut columns = Column::all_of_areas(count);
+        columns.retain(|column| others.contains(column) || column.is_configured(&areas));
+        columns
+    }
+
     fn count(&mut self, cycle: &Cycle, (count, total): &mut (u32, Duration)) {
         self.cycles += 1;
         self.lost += cycle.lost;
         self.areas = self.areas.max(cycle.areas.len());
+        for (outputs, area) in self.outputs.iter_mut().zip(&cycle.areas) {
+            for (outputs, kind) in outputs.iter_mut().zip(*area.config.motor) {
+                *outputs |= kind == 0;
+            }
+        }
         let alive = cycle.areas[0].state.io_slave_alive;
         let last = (0..MAX_EXTENSIONS).rev().find(|extension| alive[*extension] != 0);
         self.extensions = self.extensions.max(last.map_or(0, |last| last + 1));

@@ -25,13 +25,13 @@ use tracks::Tracks;
 pub(super) use two::second_over_first;
 
 const AFTER: &str = "\
-There is one panel for each unit. Without terminals, all inputs, counters and motors that change are
-drawn. The picture follows the light or dark setting of what shows it. Where there was no
-connection, or the file is damaged, it is shaded. A tick at the bottom is a motor that has reached
-its distance or is stalled, or an extension that came or went. Below the seconds since the beginning
-is the time of day in this computer's time zone. A yellow line is an unusual moment with its number
-in txt info; those in the picture are printed, too. A part of it is given by seconds or by times of
-day, as in --from 03:12.
+There is one panel for each unit. Without terminals, all inputs, counters, motors and single outputs
+that change are drawn. The picture follows the light or dark setting of what shows it. Where there
+was no connection, or the file is damaged, it is shaded. A tick at the bottom is a motor that has
+reached its distance or is stalled, or an extension that came or went. Below the seconds since the
+beginning is the time of day in this computer's time zone. A yellow line is an unusual moment with
+its number in txt info; those in the picture are printed, too. A part of it is given by seconds or
+by times of day, as in --from 03:12.
 
 With --html it is a page for a browser, which needs no network: choose terminals, zoom, read values
 at a cursor, and go to an unusual moment by a click in a list.

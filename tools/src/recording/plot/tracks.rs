@@ -126,12 +126,17 @@ impl Tracks {
     fn take_cycle(&mut self, at: f64, cycle: &Cycle, goes_on: bool) {
         if self.all && self.areas < cycle.areas.len() {
             self.areas = cycle.areas.len();
-            let new = Column::of_areas(self.areas).into_iter().skip(self.tracks.len());
+            let new = Column::all_of_areas(self.areas).into_iter().skip(self.tracks.len());
             self.tracks.extend(new.map(Track::new));
         }
         let connected = goes_on && !cycle.first;
         for track in &mut self.tracks {
-            track.take(at, cycle, connected, self.buckets);
+            // Of a pair, what it is.
+            if !self.all || track.column.is_configured(&cycle.areas) {
+                track.take(at, cycle, connected, self.buckets);
+            } else {
+                track.cut();
+            }
         }
         self.seen = Some(self.seen.as_ref().map_or(at, |seen| seen.start)..at);
     }
