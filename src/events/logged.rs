@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::event::TimedEvent;
 use crate::error::Error;
-use crate::exchange::{Inputs, Outgoing};
+use crate::exchange::{Inputs, Outgoing, SentConfigs};
 use crate::firmware::FirmwareVersion;
 use crate::statistics::Statistics;
 use crate::transfer_area::{
@@ -110,7 +110,8 @@ impl From<&LoggedArea> for FishX1Transfer {
 }
 
 impl LoggedCycle {
-    /// The areas: the configurations and outputs as they were sent, the inputs as they came in. The rest is as in
+    /// The areas: the outputs as they were sent, the configurations that were sent last, the inputs as they came in. The
+    /// rest is as in
     /// a new area. So are the inputs of an extension that has not yet taken part on this connection, the
     /// timers, and the flags [`cnt_resetted`](crate::transfer_area::InputValues::cnt_resetted) and
     /// [`motor_ex_reached`](crate::transfer_area::InputValues::motor_ex_reached), which belong to the
@@ -137,21 +138,25 @@ impl LoggedCycle {
         cycle
     }
 
-    /// The areas of a request, without their inputs; those come from the response.
+    /// The areas of a request, without their inputs; those come from the response. Configurations are those that were
+    /// sent last: an area has one that was not sent when the program has not raised its id.
     pub(crate) fn exchanged(
         number: u64,
         arrived: Instant,
         first: bool,
         statistics: Statistics,
-        sent: &[Outgoing],
+        (sent, configs): (&[Outgoing], &SentConfigs),
         inputs: &Inputs,
     ) -> Self {
         let mut areas = [FishX1Transfer::default(); MAX_AREAS];
         let areas = &mut areas[..sent.len().min(MAX_AREAS)];
-        for (area, sent) in areas.iter_mut().zip(sent) {
+        for ((area, sent), config) in areas.iter_mut().zip(sent).zip(configs) {
             area.state.id = sent.state.id;
-            area.state.config_id = sent.state.config_id;
-            area.config = sent.config;
+            if let Some(update) = config {
+                // It was the area's, which has eight bits.
+                area.state.config_id = update.config_id as u8;
+                area.config = update.config;
+            }
             area.output = sent.output;
             area.output.duty = sent.output.sent_duty();
             area.txt_outputs = sent.txt_outputs;
@@ -178,7 +183,7 @@ mod tests {
             Instant::now(),
             true,
             Statistics::default(),
-            &sent,
+            (&sent, &[None; MAX_AREAS]),
             &Inputs::default(),
         );
         assert_eq!(cycle.areas()[0].output.duty, [0, 0, 1, 512, 512, 512, 0, 256]);

@@ -97,6 +97,40 @@ fn every_cycle_has_the_outputs_of_its_request_and_the_inputs_of_its_response() {
 }
 
 #[test]
+fn a_configuration_is_logged_from_when_it_is_sent() {
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).lock_step().build().unwrap();
+    let log = handler.areas().cycle_log(ROOM).unwrap();
+    let mode = |mode: InputMode, raises: bool| {
+        let mut areas = handler.areas().lock();
+        areas[LOCAL_IO].config.uni[0] = UniConfig::analog(mode);
+        if raises {
+            areas[LOCAL_IO].raise_config_id();
+        }
+        drop(areas);
+        (0..10).for_each(|_| drop(handler.areas().wait_cycle().unwrap()));
+    };
+    handler.begin_transfer().unwrap();
+    mode(InputMode::Voltage, true);
+    // The id was forgotten.
+    mode(InputMode::Ultrasonic, false);
+    let in_force = txt.with_machine(|machine| machine.controllers[LOCAL_IO].config.uni[0]);
+    assert_eq!(in_force, UniConfig::analog(InputMode::Voltage));
+    mode(InputMode::Resistance, true);
+    handler.end_transfer().unwrap();
+    drop(handler);
+    let entries = all(log);
+    let configs = cycles(&entries).into_iter().map(|cycle| {
+        let area = &cycle.areas()[LOCAL_IO];
+        (area.state.config_id, area.config.uni[0])
+    });
+    let mut configs: Vec<_> = configs.collect();
+    configs.dedup();
+    let [voltage, resistance] = [InputMode::Voltage, InputMode::Resistance].map(UniConfig::analog);
+    assert_eq!(configs, [(2, voltage), (3, resistance)]);
+}
+
+#[test]
 fn a_log_that_is_full_loses_entries_counts_them_and_delays_nothing() {
     let (txt, _) = counting(0);
     let handler = handler_for(&txt).build().unwrap();

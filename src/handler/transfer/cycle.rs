@@ -120,7 +120,8 @@ impl<'a> Cycle<'a> {
         let (before, now) = (&mut self.inputs_before, &mut self.inputs);
         let (delivery, locked) = self.shared.deliver(inputs, config_updates, before, now);
         if delivery.logged {
-            self.shared.log(&delivery.response, &self.areas, inputs);
+            let sent = (&*self.areas, exchange.sent_configs());
+            self.shared.log(&delivery.response, sent, exchange.inputs());
         }
         Ok((delivery, locked))
     }

@@ -7,7 +7,7 @@ use crate::camera::CameraServer;
 use crate::client::Endpoint;
 use crate::error::Error;
 use crate::events::{Event, KindSet, Logged, LoggedCycle};
-use crate::exchange::{Inputs, Outgoing};
+use crate::exchange::{Inputs, Outgoing, SentConfigs};
 use crate::handler::long_guard::{warn_of, GUARD_IS_LONG};
 use crate::handler::parts::phase::Stop;
 use crate::handler::shared::Shared;
@@ -115,8 +115,13 @@ impl Shared {
         self.state().open_window(|ticket| self.wake(ticket));
     }
 
-    /// Logs a response that was delivered, with the areas of its request.
-    pub(crate) fn log(&self, response: &Delivered, sent: &[Outgoing], inputs: &Inputs) {
+    /// Logs a response that was delivered, with the areas of its request and the configurations that were sent.
+    pub(crate) fn log(
+        &self,
+        response: &Delivered,
+        sent: (&[Outgoing], &SentConfigs),
+        inputs: &Inputs,
+    ) {
         let Delivered { cycle, arrived, first, .. } = *response;
         let statistics = self.state().statistics;
         let cycle = LoggedCycle::exchanged(cycle, arrived, first, statistics, sent, inputs);
