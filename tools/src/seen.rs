@@ -6,6 +6,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
+use ft_transfer_area::transfer_area::{CounterConfig, UniConfig};
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::{CameraFrame, FirmwareVersion, FishX1Transfer};
 
@@ -165,6 +166,11 @@ pub(crate) enum Happened {
     Cycle(Box<Cycle>),
     Picture(CameraFrame),
     I2c(I2cExchange),
+    /// The program has sent another configuration with the id of the last one, which a controller does not take.
+    Ignored {
+        /// `TXT`, `E1` to `E8`.
+        controller: String,
+    },
     /// What this side has sent is no packet of the kit. It was passed on.
     Unknown(Unknown),
     /// A command got no response for [`NO_ANSWER`], or others were answered instead.
@@ -258,6 +264,11 @@ pub(crate) const NO_ANSWER: Duration = Duration::from_secs(2);
 /// How many commands without a response are kept, with what they have sent. Each client that is known sends them in turn.
 pub(crate) const KEPT_MAX: usize = 64;
 
+/// A configuration that the controller does not take as a sentence for people.
+pub(crate) fn ignored(controller: &str) -> String {
+    format!("UpdateConfig with an unchanged id for {controller}: the controller ignores it")
+}
+
 /// A missing response as a sentence for people.
 pub(crate) fn no_answer(command: CommandId, waited: Duration) -> String {
     format!("no answer to {command} for {:.1} s", waited.as_secs_f64())
@@ -299,6 +310,16 @@ pub(crate) fn missed(line: Line) -> String {
     format!("{MISSED}: nothing more of this {line} connection is shown, and everything is passed on all the same")
 }
 
+/// The area of a controller of which nothing is known yet: it has the configuration of a program before, so a mode is a
+/// number that is none. The kind of a motor output means nothing to a controller.
+pub(crate) fn unknown_area() -> FishX1Transfer {
+    const UNKNOWN: u8 = u8::MAX;
+    let mut area = FishX1Transfer::default();
+    area.config.uni = [UniConfig { mode: UNKNOWN, digital: 0, dummy: [0; 2] }; 8].into();
+    area.config.cnt = [CounterConfig { mode: UNKNOWN, dummy: [0; 3] }; 4].into();
+    area
+}
+
 /// One exchange.
 #[derive(Debug)]
 pub(crate) struct Cycle {
@@ -310,7 +331,8 @@ pub(crate) struct Cycle {
     pub(crate) answer: Option<Duration>,
     /// How many configurations were sent since online mode began.
     pub(crate) config_updates: u64,
-    /// The configurations and outputs of the request, the inputs of the response.
+    /// The configurations that the controller has, as far as they are [known](unknown_area), the outputs of the request,
+    /// the inputs of the response.
     pub(crate) areas: Vec<FishX1Transfer>,
 }
 

@@ -19,6 +19,7 @@ pub(crate) struct InputValue {
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct CounterValue {
+    /// Empty for a number that is not a mode.
     pub(crate) mode: &'static str,
     #[serde(rename = "value")]
     pub(crate) count: u16,
@@ -65,7 +66,7 @@ impl CounterValue {
         let mode = CounterMode::try_from(area.config.cnt[counter.index()].mode);
         let (count, level) = area.get_in_counter_value(counter);
         Self {
-            mode: mode.unwrap_or(CounterMode::Normal).name(),
+            mode: mode.map_or("", CounterMode::name),
             count,
             level,
             resetting: !area.is_cnt_reset_ready(counter),

@@ -89,13 +89,19 @@ impl Column {
         })
     }
 
-    /// The unit of its value with the configuration of a cycle: `mV`, `Ω`, `cm`, `pulses`, `duty`, or nothing for
-    /// an input that reports 0 or 1.
+    /// The unit of its value with the configuration of a cycle: `mV`, `Ω`, `cm`, `pulses`, `duty`, nothing for
+    /// an input that reports 0 or 1, or `unknown unit` for one whose mode the recording does not know.
     pub fn unit(&self, areas: &[FishX1Transfer]) -> &'static str {
         match self.terminal {
-            Terminal::Input(input) => {
-                areas.get(self.area).map_or("", |area| area.config.uni[input.index()].unit())
-            }
+            Terminal::Input(input) => areas.get(self.area).map_or("", |area| {
+                let config = area.config.uni[input.index()];
+                let is_known = config.is_digital() || config.input_mode().is_some();
+                if is_known {
+                    config.unit()
+                } else {
+                    "unknown unit"
+                }
+            }),
             Terminal::Counter(_) => "pulses",
             Terminal::Motor(_) | Terminal::Output(_) => "duty",
         }
@@ -206,7 +212,7 @@ mod tests {
         };
         assert_eq!(units(&areas), ["", "pulses", "duty", ""]);
         areas[0].config.uni[0].digital = 0;
-        for (mode, unit) in ["mV", "Ω", "Ω", "cm", ""].into_iter().enumerate() {
+        for (mode, unit) in ["mV", "Ω", "Ω", "cm", "unknown unit"].into_iter().enumerate() {
             areas[0].config.uni[0].mode = mode as u8;
             assert_eq!(units(&areas)[0], unit);
         }

@@ -92,8 +92,8 @@ pub(crate) fn parts() -> Vec<Part> {
         Part {
             name: "configuration",
             about: format!(
-                "What is plugged in where. mode of an input: {}; digital: 1 when it reports 0 or 1. M1: 1 a motor, \
-                 0 two single outputs",
+                "What is plugged in where. mode of an input: {}, 255 not known; digital: 1 when it reports 0 or 1. \
+                 M1: 1 a motor, 0 two single outputs",
                 InputMode::ALL.iter().map(mode).collect::<Vec<_>>().join(", ")
             ),
             fields: configuration_fields(),

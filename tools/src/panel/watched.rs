@@ -18,8 +18,8 @@ use crate::commands::stop_all;
 use crate::gate::Gate;
 use crate::recording::on_demand::Button;
 use crate::seen::{
-    forgotten, halted, missed, no_answer, not_understood, refused, unanswered, Controllers, Cycle,
-    Farewell, Gone, Happened, I2cExchange, Line, Seen, FAREWELL_UNANSWERED,
+    forgotten, halted, ignored, missed, no_answer, not_understood, refused, unanswered,
+    Controllers, Cycle, Farewell, Gone, Happened, I2cExchange, Line, Seen, FAREWELL_UNANSWERED,
 };
 
 /// Of how many answers the median is shown.
@@ -155,6 +155,7 @@ impl Watched {
             Happened::Halted { error: None, .. } => stop_all(&mut self.areas),
             Happened::Refused(_)
             | Happened::Halted { .. }
+            | Happened::Ignored { .. }
             | Happened::Unknown(_)
             | Happened::NoAnswer { .. }
             | Happened::Picture(_)
@@ -280,6 +281,7 @@ fn problem(seen: &Seen) -> Option<Problem> {
         Happened::Offline(Farewell::Unanswered) => {
             ("stop_online_unanswered", FAREWELL_UNANSWERED.to_owned())
         }
+        Happened::Ignored { controller } => ("ignored", ignored(controller)),
         Happened::Unknown(unknown) => ("unknown", format!("{unknown}; it is passed on")),
         Happened::NoAnswer { command, since } => {
             (NO_ANSWER, no_answer(*command, seen.at.saturating_duration_since(*since)))

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver, Sender};
 use ft_transfer_area::tx::{Counter, Input, Motor};
+use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::FishX1Transfer;
 use serde::Serialize;
 use serde_json::{json, Map, Value};
@@ -138,6 +139,9 @@ impl Changes {
             }
             Happened::I2c(exchange) => {
                 json!({"what": "i2c", "device": exchange.device, "written": exchange.written, "read": exchange.read})
+            }
+            Happened::Ignored { controller } => {
+                json!({"what": "ignored", "command": CommandId::UpdateConfig.name(), "controller": controller})
             }
             Happened::Unknown(Unknown { side, id, bytes }) => {
                 json!({"what": "unknown", "from": side.name(), "id": format!("{id:#010x}"), "bytes": bytes})

@@ -41,8 +41,8 @@ use crate::program::{Program, Reads, MARK};
 use crate::recording::in_parts::InParts;
 use crate::recording::output::{incomplete, Output};
 use crate::seen::{
-    forgotten, halted, missed, no_answer, not_understood, refused, Farewell, Happened, Seen,
-    FAREWELL_UNANSWERED,
+    forgotten, halted, ignored, missed, no_answer, not_understood, refused, Farewell, Happened,
+    Seen, FAREWELL_UNANSWERED,
 };
 use crate::web::browser::Opening;
 use crate::{lines, names, print};
@@ -352,8 +352,9 @@ impl Awake {
 struct Notes {
     /// On which connections the controller has refused the last attempt: programs try again and again.
     refused: [bool; 3],
-    /// The last connection of which something unknown was seen, and of which exchanges were left out.
+    /// The last connection of which something unknown was seen, a configuration was ignored, and exchanges were left out.
     unknown: u64,
+    ignored: u64,
     forgotten: u64,
 }
 
@@ -371,6 +372,10 @@ impl Notes {
             Happened::Unknown(unknown) if self.unknown < seen.connection => {
                 self.unknown = seen.connection;
                 log::warn!("{unknown}; it is passed on, and more of them are not shown here");
+            }
+            Happened::Ignored { controller } if self.ignored < seen.connection => {
+                self.ignored = seen.connection;
+                log::warn!("{}; more of them are not shown here", ignored(controller));
             }
             Happened::NoAnswer { command, since } => {
                 log::warn!("{}", no_answer(*command, seen.at.saturating_duration_since(*since)));
@@ -393,6 +398,7 @@ impl Notes {
             | Happened::Controller { .. }
             | Happened::Online
             | Happened::Offline(Farewell::Answered | Farewell::Missing)
+            | Happened::Ignored { .. }
             | Happened::Unknown(_)
             | Happened::Unanswered(_)
             | Happened::Cycle(_) => {}

@@ -245,6 +245,7 @@ impl Record {
             | Happened::Refused(_)
             | Happened::Closed
             | Happened::Controller { .. }
+            | Happened::Ignored { .. }
             | Happened::Unknown(_)
             | Happened::Picture(_)
             | Happened::I2c(_) => {}

@@ -1,20 +1,22 @@
 //! What the lines of JSON say.
 
 use std::io::{Read, Write};
+use std::process::Stdio;
 
-use ft_transfer_area::transfer_area::{InputMode, LOCAL_IO};
+use ft_transfer_area::transfer_area::{Config, InputMode, UniConfig, LOCAL_IO};
 use ft_transfer_area::tx::{Input, Motor};
 use ft_transfer_area::wire::CmprHeader;
 use ft_transfer_area_recorder::{FailureKind, Transfer};
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
-use serde_json::json;
+use serde_json::{json, Value};
 
 use super::away::{at_free_ports, started};
 use super::clients::transfers;
-use super::support::{KitClient, Watch};
+use super::support::{command, listening, KitClient, Watch};
 use super::LIMIT;
 use crate::names;
 use crate::panel::page::is_running;
+use crate::panel::recording::InFile;
 use crate::recording::{run, txt};
 use crate::running::Running;
 
@@ -50,6 +52,65 @@ fn each_change_is_a_line_with_the_names_of_the_page() {
     let line = watch.line_where(|line| line["what"] == "offline");
     assert_eq!(line["by_program"], true);
     watch.line_where(|line| line["what"] == "closed" && line["connection"] == "main");
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn only_a_configuration_that_the_controller_takes_is_shown() {
+    let txt = SimulatedTxt::builder().extensions(1).start().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let arguments = ["--json", "--no-page", "--record", path.to_str().unwrap()];
+    let watch = Running::start(command(txt.address(), &arguments).stderr(Stdio::piped()));
+    let port = listening(&watch.line());
+    let mut program = KitClient::without_configuration(([127, 0, 0, 1], port).into());
+    // The controller has the one of a program before.
+    program.exchange([0; 8]);
+    let [mv, ohm, cm] = [InputMode::Voltage, InputMode::Resistance, InputMode::Ultrasonic]
+        .map(|mode| Config { uni: [UniConfig::analog(mode); 8].into(), ..Config::default() });
+    let configurations = [
+        // After StartOnline the id is 0.
+        (0, 0, mv),
+        (1, 0, ohm),
+        (1, 0, cm),
+        (257, 0, cm),
+        // Ignored, too, but nobody misses them: it has the first one, and there is no extension for the second.
+        (1, 0, ohm),
+        (0, 3, mv),
+        (256, 1, mv),
+        (2, 0, cm),
+    ];
+    for (config_id, extension, config) in configurations {
+        program.configure(config_id, extension, config);
+        program.exchange_all(&[[0; 8]; 2]);
+    }
+    program.end();
+    watch.signal("INT");
+    let output = watch.end();
+    let [lines, errors] = [&output.stdout, &output.stderr].map(|out| String::from_utf8_lossy(out));
+    assert!(output.status.success(), "{errors}");
+    let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let ignored = lines.iter().filter(|line| line["what"] == "ignored");
+    let ignored: Vec<_> = ignored.map(|line| &line["controller"]).collect();
+    assert_eq!(ignored, ["TXT", "TXT", "TXT", "E1"]);
+    assert_eq!(errors.matches("UpdateConfig with an unchanged id").count(), 1, "{errors}");
+    let modes = |controller: &str| {
+        let of = |line: &&Value| line["controller"] == controller && line["input"] == "I1";
+        let mut modes: Vec<_> = lines.iter().filter(of).map(|line| line["mode"].clone()).collect();
+        modes.dedup();
+        modes
+    };
+    assert_eq!(modes("TXT"), ["", "resistance", "ultrasonic"]);
+    assert_eq!(modes("E1"), [""]);
+    let counters = lines.iter().find(|line| line["counter"] == "C1").unwrap();
+    assert_eq!(counters["mode"], "");
+
+    let cycles = InFile::read(&path).cycles;
+    let mut modes: Vec<_> = cycles.iter().map(|cycle| cycle.areas[0].config.uni[0]).collect();
+    modes.dedup();
+    let expected = [None, Some(InputMode::Resistance), Some(InputMode::Ultrasonic)];
+    assert_eq!(modes.iter().map(UniConfig::input_mode).collect::<Vec<_>>(), expected);
+    assert_eq!(cycles.last().unwrap().areas[1].config.uni[0].input_mode(), None);
 }
 
 #[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]

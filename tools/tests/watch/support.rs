@@ -156,18 +156,18 @@ impl KitClient {
     /// The same without a question for name and version.
     pub(super) fn without_question(stream: TcpStream) -> Self {
         let mut client = Self::started(stream);
-        let mut packet = Vec::new();
-        for extension_id in 0..9 {
-            let update = UpdateConfig { config_id: 1, extension_id, config: Config::default() };
-            packet.clear();
-            update.emit(&mut packet);
-            client.ask(&packet, 4);
-        }
+        (0..9).for_each(|extension| client.configure(1, extension, Config::default()));
         client
     }
 
+    /// Sends a configuration with this id, also one that the controller ignores.
+    pub(super) fn configure(&mut self, config_id: i16, extension_id: i16, config: Config) {
+        let mut packet = Vec::new();
+        UpdateConfig { config_id, extension_id, config }.emit(&mut packet);
+        self.ask(&packet, 4);
+    }
+
     /// Goes online and configures nothing.
-    #[cfg(target_os = "linux")]
     pub(crate) fn without_configuration(to: SocketAddr) -> Self {
         Self::started(connect(to))
     }

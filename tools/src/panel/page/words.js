@@ -187,6 +187,7 @@ const GERMAN_ERRORS = {
   halted: "Der Controller hat keine Abmeldung des Programms bestätigt; alle Ausgänge wurden danach ausgeschaltet",
   halt_failed: "Der Controller hat keine Abmeldung des Programms bestätigt und war danach nicht zu erreichen; Motoren laufen vielleicht weiter",
   host_not_found: "Diesen Namen gibt es im Netz nicht",
+  ignored: "Das Programm hat eine andere Konfiguration mit derselben Nummer gesendet; der Controller beachtet sie nicht",
   i2c_refused: "Der Controller nimmt keine Verbindung für I2C an; alles andere geht weiter",
   i2c_no_device: "Unter dieser Adresse antwortet kein I2C-Gerät; prüfe Kabel, Strom und ob es die 7-Bit-Adresse ist",
   motor_twice: "Ein Motor kann nicht mit sich selbst zusammen laufen",

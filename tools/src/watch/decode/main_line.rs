@@ -14,7 +14,8 @@ use ft_transfer_area::{Exchange, FirmwareVersion, FishX1Transfer, TransferMode};
 
 use super::unanswered::{Answered, Unanswered, Waiting};
 use super::Reader;
-use crate::seen::{Cycle, Farewell, Happened, Side, UnansweredExchanges, Unknown};
+use crate::seen::{unknown_area, Cycle, Farewell, Happened, Side, UnansweredExchanges, Unknown};
+use crate::watch::changes::name;
 use crate::watch::packet::{command_size, id, response_size, Inbox};
 
 /// Words per area in a compressed command.
@@ -52,19 +53,30 @@ struct Outgoing {
     expander: Expander,
     areas: Sent,
     config_updates: u64,
+    /// For which areas a configuration was ignored since the last exchange, one bit each, bit 0 the master.
+    ignored: u16,
 }
 
 /// Configurations and outputs of all areas.
 pub(super) type Sent = [SentArea; MAX_AREAS];
 
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 pub(super) struct SentArea {
     /// It was configured, or took part in an exchange.
     is_used: bool,
+    /// Of the configuration that the controller has taken.
     config_id: u8,
     config: Config,
     output: OutputValues,
     txt_outputs: TxtOutputs,
+}
+
+impl Default for SentArea {
+    /// After StartOnline.
+    fn default() -> Self {
+        let FishX1Transfer { config, output, txt_outputs, .. } = unknown_area();
+        Self { is_used: false, config_id: 0, config, output, txt_outputs }
+    }
 }
 
 /// What the controller sends, since StartOnline.
@@ -278,6 +290,11 @@ impl MainReader {
         let Some(sent) = sent else { return Ok(()) };
         let online = self.online.as_mut().ok_or("an exchange came before StartOnline")?;
         let mut cycle = online.exchange(at, response, bytes, &sent)?;
+        // The kit's client configures nine areas, however many there are.
+        let ignored = std::mem::take(&mut self.outgoing.ignored) & (1 | online.alive << 1);
+        for area in (0..MAX_AREAS).filter(|area| ignored >> area & 1 != 0) {
+            report(Happened::Ignored { controller: name(area) });
+        }
         // Those after it may still be late.
         self.has_sent = true;
         let Some(waiting) = waiting else { return Ok(()) };
@@ -303,9 +320,13 @@ impl Outgoing {
         let index = usize::try_from(update.extension_id).ok();
         if let Some(area) = index.and_then(|index| self.areas.get_mut(index)) {
             area.is_used = true;
-            // A transfer area has these bits of it.
-            area.config_id = update.config_id as u8;
-            area.config = update.config;
+            // Only these bits count, for the controller as in a transfer area.
+            let config_id = update.config_id as u8;
+            if config_id != area.config_id {
+                (area.config_id, area.config) = (config_id, update.config);
+            } else if update.config != area.config {
+                self.ignored |= 1 << update.extension_id;
+            }
         }
         Ok(())
     }
