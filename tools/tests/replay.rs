@@ -398,4 +398,12 @@ fn recorded_pictures_come_again() {
         assert!(begin.elapsed() < DEADLINE, "the second picture does not come");
     }
     handler.end_transfer().unwrap();
+
+    // The recording begins again with a program that exchanges.
+    handler.begin_transfer().unwrap();
+    drop(handler.areas().wait_cycle().unwrap());
+    let frames = handler.start_camera(CameraOptions::default()).unwrap();
+    let picture = frames.recv_timeout(DEADLINE).unwrap().jpeg().unwrap().into_owned();
+    assert!(picture == PICTURES[0], "the last picture, before the second one");
+    handler.end_transfer().unwrap();
 }

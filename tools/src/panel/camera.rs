@@ -68,6 +68,12 @@ impl Camera {
         }
     }
 
+    /// It was switched on or off: there is no picture yet, and none of before.
+    pub(super) fn switched(&self, running: bool) {
+        *self.lock() = CameraState { running, ..CameraState::default() };
+        self.picture.send_replace(Arc::from([]));
+    }
+
     /// No more pictures come on this connection.
     pub(super) fn end(&self) {
         self.lock().running = false;
@@ -96,11 +102,9 @@ fn work(
         select! {
             recv(orders) -> order => match order {
                 Ok(Order { request, reply, .. }) => {
-                    let switched = switch(handler, &request);
-                    let mut state = camera.lock();
-                    match switched {
+                    match switch(handler, &request) {
                         Ok(stream) => {
-                            *state = CameraState { running: request.on, ..CameraState::default() };
+                            camera.switched(request.on);
                             frames = stream;
                             reply.send(Ok(None));
                         }

@@ -19,7 +19,8 @@ use crate::gate::Gate;
 use crate::recording::on_demand::Button;
 use crate::seen::{
     forgotten, halted, ignored, missed, no_answer, not_understood, refused, unanswered,
-    Controllers, Cycle, Farewell, Gone, Happened, I2cExchange, Line, Seen, FAREWELL_UNANSWERED,
+    unknown_area, Controllers, Cycle, Farewell, Gone, Happened, I2cExchange, Line, Seen,
+    FAREWELL_UNANSWERED,
 };
 
 /// Of how many answers the median is shown.
@@ -46,6 +47,7 @@ pub(crate) struct Watched {
     /// Name and firmware of the controller that is shown.
     controller: Option<(String, String)>,
     error: Option<Problem>,
+    /// None before the program's first exchange.
     areas: Vec<FishX1Transfer>,
     cycle_ms: f64,
     cycles: u64,
@@ -55,6 +57,7 @@ pub(crate) struct Watched {
     forgotten: u64,
     histogram: Histogram,
     answers: Answers,
+    /// Since the program went online.
     commands: u64,
     i2c: Option<I2cExchange>,
 }
@@ -81,7 +84,7 @@ impl Watched {
             said: Controllers::default(),
             controller: None,
             error: None,
-            areas: vec![FishX1Transfer::default()],
+            areas: Vec::new(),
             cycle_ms: 0.0,
             cycles: 0,
             late: 0,
@@ -103,7 +106,7 @@ impl Watched {
             Line::Main => self.of_main(seen),
             Line::Camera => self.of_camera(seen),
             Line::I2c => {
-                if let Happened::I2c(exchange) = &seen.what {
+                if let (Happened::I2c(exchange), Some(_)) = (&seen.what, self.drives) {
                     self.i2c = Some(exchange.clone());
                 }
             }
@@ -135,11 +138,15 @@ impl Watched {
                 (self.error, self.is_unclear) = (None, false);
                 (self.histogram, self.answers) = Default::default();
                 (self.cycles, self.late, self.forgotten) = (0, 0, 0);
+                (self.areas, self.cycle_ms, self.i2c) = Default::default();
+                // StartOnline.
+                self.commands = 1;
+                self.camera.switched(false);
             }
             // What follows is only about the connection that drives.
             _ if !is_shown => {}
             Happened::Controller { .. } => self.controller = self.said.of(seen.connection),
-            Happened::Command(_) => self.commands += 1,
+            Happened::Command(_) => self.commands += u64::from(self.drives.is_some()),
             Happened::Offline(farewell) => {
                 self.drives = None;
                 self.gaps += u64::from(*farewell != Farewell::Answered);
@@ -222,6 +229,10 @@ impl Watched {
         let (answer, commands, shut) = (self.answers.state(), self.commands, self.gate.is_shut());
         let watched = WatchedState { answer, commands, i2c, shut };
         let (name, firmware) = self.controller.clone().unzip();
+        let areas = match &self.areas[..] {
+            [] => state::areas(&[unknown_area()], false),
+            areas => state::areas(areas, phase == Phase::Running),
+        };
         let state = HostState {
             at: self.common.begin.elapsed().as_millis(),
             link: Link {
@@ -235,7 +246,7 @@ impl Watched {
                 late: self.late,
                 gaps: self.gaps,
             },
-            areas: state::areas(&self.areas, phase == Phase::Running),
+            areas,
             world: None,
             camera: self.camera.state(),
             i2c: false,

@@ -11,6 +11,9 @@ use super::http::connect;
 use super::program::Panel;
 use super::LIMIT;
 
+/// A camera's picture of 320×240.
+const PICTURE: &[u8] = include_bytes!("../../../tests/camera/clean_320x240_420.jpg");
+
 #[test]
 fn i2c_devices_are_found_read_and_written() {
     let txt = SimulatedTxt::builder().start().unwrap();
@@ -96,6 +99,21 @@ fn the_camera_shows_its_pictures() {
     page.done(json!({"do": "camera", "on": false}));
     assert!(txt.wait_until(|machine| machine.camera().is_none(), LIMIT));
     page.state(0, |state| state["camera"]["running"] == false);
+
+    // Until the next picture comes there is none.
+    txt.with_machine(|machine| machine.set_camera_picture(Some(PICTURE.to_vec())));
+    page.done(json!({"do": "camera", "on": true, "width": 320, "height": 240}));
+    let mut stream = connect(&panel);
+    stream.write_all(head.as_bytes()).unwrap();
+    let mut received = Vec::new();
+    while count(&received, b"\r\nContent-Type: image/jpeg\r\n") < 2 {
+        let mut bytes = [0; 4096];
+        let length = stream.read(&mut bytes).unwrap();
+        assert!(length > 0, "{}", String::from_utf8_lossy(&received));
+        received.extend_from_slice(&bytes[..length]);
+    }
+    let begin = received.windows(3).position(|bytes| bytes == [0xFF, 0xD8, 0xFF]).unwrap();
+    assert!(received[begin..].starts_with(PICTURE), "it begins with an old picture");
 }
 
 #[test]

@@ -16,7 +16,7 @@ use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{CameraConnection, SimulatedTxt};
 
 use super::away::at_free_ports;
-use super::support::{accept, connect, Watch};
+use super::support::{accept, connect, KitClient, Watch};
 use super::LIMIT;
 
 #[test]
@@ -193,6 +193,46 @@ fn the_page_shows_inputs_outputs_commands_the_camera_and_i2c() {
     let expected = serde_json::json!({"device": 0x18, "written": [7], "read": [99]});
     assert_eq!(state["watched"]["i2c"], expected);
     handler.end_transfer().unwrap();
+}
+
+#[test]
+fn the_page_shows_nothing_of_a_program_before() {
+    let txt = SimulatedTxt::builder().camera_start_up(Duration::ZERO).start().unwrap();
+    txt.with_machine(|machine| machine.i2c_device(0x18)[7] = 99);
+    let watch = Watch::start(txt.address(), &[]);
+    let mut page = watch.page();
+    let handler = watch.handler().build().unwrap();
+    handler.areas().lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Voltage, false);
+    handler.begin_transfer().unwrap();
+    handler.areas().lock()[LOCAL_IO].output.duty[2] = 400;
+    handler.i2c().unwrap().read(0x18, 7, &mut [0]).unwrap();
+    let frames = handler.start_camera(CameraOptions::default()).unwrap();
+    frames.recv_timeout(LIMIT).unwrap();
+    let state = page.state(0, |state| {
+        let is_shown = state["areas"][0]["motors"][1]["duty"][0] == 400;
+        is_shown && !state["watched"]["i2c"].is_null() && state["camera"]["frames"] != 0
+    });
+    assert_eq!(state["areas"][0]["inputs"][2]["mode"], "voltage");
+    assert!(state["watched"]["commands"].as_u64() > Some(1), "{state}");
+    handler.stop_camera().unwrap();
+    handler.end_transfer().unwrap();
+    page.state(0, |state| state["link"]["phase"] == "idle");
+
+    let to = ([127, 0, 0, 1], watch.port).into();
+    let mut program = KitClient::without_configuration(to);
+    let state = page.state(0, |state| state["link"]["phase"] == "running");
+    // Nothing is known before the first exchange.
+    let area = &state["areas"][0];
+    assert_eq!((&area["alive"], &area["motors"][1]["duty"][0]), (&false.into(), &0.into()));
+    assert_eq!(area["inputs"][2]["mode"], "");
+    assert!(state["watched"]["i2c"].is_null(), "{state}");
+    // StartOnline.
+    assert_eq!(state["watched"]["commands"], 1);
+    assert_eq!(state["camera"]["frames"], 0);
+    program.exchange([0; 8]);
+    let state = page.state(0, |state| state["areas"][0]["alive"] == true);
+    assert_eq!(state["areas"][0]["inputs"][2]["mode"], "");
+    program.end();
 }
 
 #[test]

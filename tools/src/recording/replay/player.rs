@@ -24,8 +24,9 @@ pub(super) struct Player {
     recording: Recording,
     /// What is played of it.
     part: Range<Duration>,
-    /// The last picture before that.
+    /// The last picture before that; when all begins again, the first one at least.
     picture_before: Option<Vec<u8>>,
+    first_picture: Option<Vec<u8>>,
     /// Entries that were looked at before their turn.
     ahead: VecDeque<Entry>,
     /// Whether times are as recorded.
@@ -60,13 +61,19 @@ pub(super) struct Run {
 }
 
 impl Player {
-    pub(super) fn open(path: PathBuf, part: Range<Duration>, paced: bool) -> Result<Self, Error> {
+    pub(super) fn open(
+        path: PathBuf,
+        part: Range<Duration>,
+        first_picture: Option<Vec<u8>>,
+        paced: bool,
+    ) -> Result<Self, Error> {
         let recording = Recording::open(&path)?;
         Ok(Self {
             path,
             recording,
             part,
             picture_before: None,
+            first_picture,
             ahead: VecDeque::new(),
             paced,
             session: (0, 0),
@@ -146,6 +153,7 @@ impl Player {
         }
         if self.run.at_end {
             self.recording = Recording::open(&self.path)?;
+            self.picture_before.clone_from(&self.first_picture);
             self.ahead.clear();
             self.run = Run::default();
         }
@@ -469,7 +477,7 @@ mod tests {
             recorder.frames().record(&CameraFrame::new(picture.to_vec()));
         }
         assert_eq!(recorder.finish().unwrap().frames, 10);
-        let mut player = Player::open(path, Duration::ZERO..Duration::MAX, false).unwrap();
+        let mut player = Player::open(path, Duration::ZERO..Duration::MAX, None, false).unwrap();
         while player.find_cycle(|_| {}).unwrap() {
             player.ahead.clear();
         }
