@@ -24,8 +24,6 @@ struct Exchange {
     at: Instant,
     /// Whether it has a duty.
     on: bool,
-    /// The number of the connection.
-    connection: u64,
 }
 
 /// A simulated TXT, and a thread that watches its motors.
@@ -68,8 +66,7 @@ impl Controller {
             .idle_limit(idle_limit)
             .on_exchange(move |machine| {
                 let (at, on) = (Instant::now(), is_on(machine));
-                let connection = machine.connections();
-                noted.lock().unwrap().push(Exchange { at, on, connection });
+                noted.lock().unwrap().push(Exchange { at, on });
             })
             .start()
             .unwrap();
@@ -127,9 +124,8 @@ impl Controller {
         let Some(index) = record.iter().rposition(|exchange| exchange.on) else {
             return (By::NeverOn, None);
         };
-        let (last_on, next) = (record[index], record.get(index + 1));
         let off = off.expect("motors that were on are off");
-        match next {
+        match record.get(index + 1) {
             Some(next) => (By::Exchange, Some(next.at.saturating_duration_since(fault))),
             None => (By::Board, Some(off.saturating_duration_since(fault))),
         }
