@@ -12,6 +12,7 @@ mod find;
 mod help;
 mod lesson;
 mod names;
+mod one_name;
 mod panel;
 mod plot;
 mod program;

@@ -17,6 +17,8 @@ mod column;
 mod damage;
 mod error;
 mod feed;
+#[doc(hidden)]
+pub mod file;
 mod format;
 mod history;
 mod output;
@@ -37,6 +39,8 @@ pub use feed::Feed;
 pub use format::{Failure, FailureKind, RecordedEvent, RecordedStatistics, Transfer};
 pub use history::{Follow, History};
 pub use part::value_names;
+#[doc(hidden)]
+pub use parts::parts_of;
 pub use parts::Parts;
 pub use reader::{Cycle, Entry, Recorded, Recording};
 pub use recorder::{FrameSink, Options, Recorder, Totals};

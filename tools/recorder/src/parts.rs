@@ -1,10 +1,13 @@
 //! A recording in several files, of which the oldest are deleted.
 
-use std::collections::VecDeque;
-use std::fs::{self, File};
+use std::collections::{BTreeMap, VecDeque};
+use std::ffi::OsStr;
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+
+use crate::file::open_alone;
 
 /// When a recording goes on in a new file, and how much of it is kept.
 ///
@@ -73,20 +76,9 @@ pub(crate) struct Files {
 impl Files {
     /// The files beside this path, of which none is made yet.
     pub(crate) fn beside(path: &Path, parts: Parts) -> io::Result<Self> {
-        let part = |part: Option<&std::ffi::OsStr>| {
-            part.map(|part| part.to_string_lossy().into_owned()).unwrap_or_default()
-        };
-        let (stem, end) = (part(path.file_stem()), part(path.extension()));
-        let end = if end.is_empty() { end } else { format!(".{end}") };
+        let number = parts_of(path)?.last().map_or(1, |(number, _)| number + 1);
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        let there = if folder.as_os_str().is_empty() { Path::new(".") } else { &*folder };
-        let name = [format!("{stem}-"), end];
-        let mut number = 1;
-        for entry in fs::read_dir(there)? {
-            let there = entry?.file_name();
-            number = number.max(number_in(&there.to_string_lossy(), &name).map_or(0, |it| it + 1));
-        }
-        let made = VecDeque::new();
+        let (name, made) = (name_of(path), VecDeque::new());
         Ok(Self { parts, name, folder, number, made, since: Instant::now() })
     }
 
@@ -96,13 +88,17 @@ impl Files {
             let [stem, end] = &self.name;
             let path = self.folder.join(format!("{stem}{:04}{end}", self.number));
             self.number += 1;
-            match File::create_new(&path) {
+            match open_alone(OpenOptions::new().write(true).create_new(true), &path) {
                 Ok(file) => {
                     self.since = Instant::now();
                     return Ok((path, file));
                 }
                 // Somebody else has made it meanwhile.
-                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                Err(error)
+                    if matches!(
+                        error.kind(),
+                        ErrorKind::AlreadyExists | ErrorKind::ResourceBusy
+                    ) => {}
                 Err(error) => return Err(error),
             }
         }
@@ -143,11 +139,42 @@ impl Files {
     }
 }
 
-/// The number in the name of a file, if it is a part with this name.
+/// The parts that are there of recordings into this file, with their numbers, the lowest first; for `txt`, too.
+pub fn parts_of(path: &Path) -> io::Result<Vec<(u64, PathBuf)>> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let name = name_of(path);
+    let mut there = BTreeMap::new();
+    for entry in fs::read_dir(folder.unwrap_or(Path::new(".")))? {
+        let file = entry?.file_name();
+        if let Some(number) = number_in(&file.to_string_lossy(), &name) {
+            there.insert(number, path.with_file_name(file));
+        }
+    }
+    // Counting has come to a longer number by the one before it. A date, such as 20250702, stands alone.
+    let is_part = |number: u64| {
+        number < FIRST_LONGER
+            || [number - 1, number + 1].iter().any(|beside| there.contains_key(beside))
+    };
+    let parts = there.iter().filter(|(number, _)| is_part(**number));
+    Ok(parts.map(|(number, file)| (*number, file.clone())).collect())
+}
+
+/// The first number with more than four digits.
+const FIRST_LONGER: u64 = 10_000;
+
+/// What is before and behind the number.
+fn name_of(path: &Path) -> [String; 2] {
+    let part = |part: Option<&OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+    let end = path.extension().map(|end| format!(".{}", end.to_string_lossy()));
+    [format!("{}-", part(path.file_stem())), end.unwrap_or_default()]
+}
+
+/// The number in the name of a file, if it is written as that of a part with this name.
 fn number_in(file: &str, [stem, end]: &[String; 2]) -> Option<u64> {
-    let number = file.strip_prefix(&**stem)?.strip_suffix(&**end)?;
+    let digits = file.strip_prefix(&**stem)?.strip_suffix(&**end)?;
     // Nobody makes more of them, and the next numbers have room.
-    number.parse().ok().filter(|number| *number < u64::MAX / 2)
+    let number = digits.parse().ok().filter(|number| *number < u64::MAX / 2);
+    number.filter(|number| format!("{number:04}") == digits)
 }
 
 #[cfg(test)]
@@ -182,6 +209,24 @@ mod tests {
         let others = ["other-0009.mcap", "run-0007.mcap"];
         let expected = [&others[..], &own, &["run-x.mcap", "run.mcap"]].concat();
         assert_eq!(names(folder.path()), expected);
+    }
+
+    #[test]
+    fn only_a_number_that_counting_has_come_to_is_one_of_a_part() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let next_with = |files: &[&str]| {
+            files.iter().for_each(|file| fs::write(folder.path().join(file), "").unwrap());
+            let mut files = Files::beside(&path, Parts::of_bytes(1000)).unwrap();
+            files.make().unwrap().0.file_name().unwrap().to_str().unwrap().to_owned()
+        };
+        let others = ["run-20250702.mcap", "run-7.mcap", "run-00041.mcap", "run-+100.mcap"];
+        assert_eq!(next_with(&others), "run-0001.mcap");
+        assert_eq!(next_with(&["run-9999.mcap"]), "run-10000.mcap");
+        assert_eq!(next_with(&[]), "run-10001.mcap");
+        // The oldest ones are deleted.
+        fs::remove_file(folder.path().join("run-9999.mcap")).unwrap();
+        assert_eq!(next_with(&[]), "run-10002.mcap");
     }
 
     #[test]

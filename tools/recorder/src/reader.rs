@@ -135,6 +135,21 @@ impl Recording {
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref().to_owned();
         let file = File::open(&path).map_err(|cause| Error::Read { path: path.clone(), cause })?;
+        Self::of(path, file)
+    }
+
+    /// Begins anew, with the file that was opened: another one may have its name by now.
+    ///
+    /// # Errors
+    ///
+    /// The file can't be read again, such as a pipe.
+    pub fn rewind(&mut self) -> Result<(), Error> {
+        let file = self.records.rewound().map_err(|cause| self.unreadable(cause))?;
+        *self = Self::of(self.path.clone(), file)?;
+        Ok(())
+    }
+
+    fn of(path: PathBuf, file: File) -> Result<Self, Error> {
         let mut recording = Self {
             path,
             records: Records::of(file),

@@ -16,6 +16,7 @@ use mcap::{McapError, McapResult};
 
 use crate::error::Error;
 use crate::feed::{Fed, FedEntry, Feed};
+use crate::file;
 use crate::format::Transfer;
 use crate::history::Follow;
 use crate::parts::Parts;
@@ -183,13 +184,13 @@ impl FrameSink {
 }
 
 impl Recorder {
-    /// Begins to record, into a new file in place of an earlier one. To have all of a transfer, call it before
-    /// `begin_transfer`. Blocks until the head of the file is written, for 5 s at most.
+    /// Begins to record, into a new file in place of an earlier one: who reads that goes on reading it. To have all of a
+    /// transfer, call it before `begin_transfer`. Blocks until the head of the file is written, for 5 s at most.
     ///
     /// # Errors
     ///
-    /// The file can't be created, or takes nothing in these 5 s, as a pipe that nobody reads; the capacity is out of
-    /// range, or the operating system has no more threads.
+    /// The file can't be created, another recording is being written into it, or it takes nothing in these 5 s, as a pipe
+    /// that nobody reads; the capacity is out of range, or the operating system has no more threads.
     pub fn start(
         handler: &TransferAreaComHandler,
         path: impl AsRef<Path>,
@@ -214,8 +215,7 @@ impl Recorder {
     ///
     /// # Errors
     ///
-    /// The file can't be created, or takes nothing in 5 s; the capacity is out of range, or the operating system has no
-    /// more threads.
+    /// As with [`start`](Self::start).
     pub fn fed(path: impl AsRef<Path>, options: Options) -> Result<(Self, Feed), Error> {
         if !(1..=CycleLog::MAX_CAPACITY).contains(&options.capacity) {
             let most = CycleLog::MAX_CAPACITY;
@@ -239,7 +239,8 @@ impl Recorder {
     ///
     /// # Errors
     ///
-    /// The file can't be created, or takes nothing in 5 s, or the operating system has no more threads.
+    /// The file can't be created, another recording is being written into it, or it takes nothing in 5 s, or the
+    /// operating system has no more threads.
     pub fn follow(
         path: impl AsRef<Path>,
         mut follow: Follow,
@@ -329,15 +330,15 @@ impl Recorder {
     ///
     /// # Errors
     ///
-    /// The operating system refuses it, or it is a recording in parts. The recording goes on under the name that it
-    /// had.
+    /// Another recording is being written into the file that has the name, the operating system refuses it, or this is
+    /// a recording in parts. The recording goes on under the name that it had.
     pub fn rename(&mut self, path: impl AsRef<Path>) -> Result<(), Error> {
         let path = path.as_ref().to_owned();
         if self.is_in_parts {
             let cause = io::Error::new(io::ErrorKind::InvalidInput, "parts keep their names");
             return Err(Error::Write { path, cause: cause.into(), cycles: 0 });
         }
-        match std::fs::rename(&self.path, &path) {
+        match file::rename(&self.path, &path) {
             Ok(()) => {
                 self.state.set_path(&path);
                 self.path = path;

@@ -1,6 +1,7 @@
 //! The records of a file. No length that a file announces is trusted: memory is taken only for what is there.
 
-use std::io::{self, Read};
+use std::fs::File;
+use std::io::{self, Read, Seek};
 
 use mcap::records::op;
 use mcap::MAGIC;
@@ -49,6 +50,15 @@ pub(crate) enum Found {
     Damaged { bytes: u64, cause: String },
     /// Nothing more.
     End { is_cut_off: bool },
+}
+
+impl Records<File> {
+    /// The file, at its beginning.
+    pub(crate) fn rewound(&self) -> io::Result<File> {
+        let mut file = self.source.file().try_clone()?;
+        file.rewind()?;
+        Ok(file)
+    }
 }
 
 impl<R: Read> Records<R> {

@@ -23,6 +23,10 @@ impl<R: Read> Source<R> {
         Self { file, held: Vec::new(), next: 0, before: 0, at_end: false }
     }
 
+    pub(crate) fn file(&self) -> &R {
+        &self.file
+    }
+
     /// Where the next byte is in the file.
     pub(crate) fn at(&self) -> u64 {
         self.before + self.next as u64

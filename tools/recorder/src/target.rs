@@ -1,11 +1,12 @@
 //! The file into which a recording goes now.
 
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use mcap::McapResult;
 
+use crate::file;
 use crate::format::Transfer;
 use crate::parts::{Files, Parts};
 use crate::writer::Writer;
@@ -31,7 +32,7 @@ impl Target {
         let (newest, file) = match &mut files {
             Some(files) => files.make()?,
             None => {
-                let file = File::create(&path)?;
+                let file = file::create(&path)?;
                 (path, file)
             }
         };

@@ -3,5 +3,6 @@
 mod announced;
 mod damaged;
 mod layouts;
+mod one_name;
 mod python;
 mod recording;

@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 
 use anyhow::{bail, ensure, Context};
 use crossbeam_channel::Receiver;
+use ft_transfer_area_recorder::file::{is_at, open_alone};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::source::{Next, Source};
 use crate::print;
 use crate::progress::Progress;
-use crate::recording::output::is_at;
 
 /// How many pictures are saved, and when.
 pub(super) struct Plan {
@@ -95,7 +95,8 @@ impl Target {
             |ends: &[&str]| path.extension().is_some_and(|end| ends.iter().any(|one| end == *one));
         if ends_with(&["mjpeg", "mjpg"]) {
             let is_new = !path.exists();
-            let file = open(path, force, false)?;
+            let file = open_alone(&options(force), path);
+            let file = file.map_err(|error| refused(error, path))?;
             return Ok(Self::Film { path: path.to_owned(), file, size: 0, is_new });
         }
         let is_file = path.exists() || ends_with(&["jpg", "jpeg", "png", "avi", "mp4"]);
@@ -133,7 +134,8 @@ impl Target {
             Self::Folder { folder, number, force } => {
                 *number += 1;
                 let path = folder.join(format!("{number:05}.jpg"));
-                let written = open(&path, *force, true)?.write_all(jpeg);
+                let file = options(*force).truncate(*force).open(&path);
+                let written = file.map_err(|error| refused(error, &path))?.write_all(jpeg);
                 if written.is_err() {
                     let _ = fs::remove_file(&path);
                 }
@@ -170,18 +172,18 @@ fn is_file(file: &File) -> bool {
     file.metadata().is_ok_and(|file| file.is_file())
 }
 
-/// Opens a new file, or one that is there if that is wanted, and perhaps empties it.
-fn open(path: &Path, force: bool, empties: bool) -> anyhow::Result<File> {
+/// For a new file, or one that is there if that is wanted.
+fn options(force: bool) -> OpenOptions {
     let mut options = OpenOptions::new();
-    if force {
-        options.write(true).create(true).truncate(empties);
-    } else {
-        options.write(true).create_new(true);
-    }
-    options.open(path).map_err(|error| match error.kind() {
+    options.write(true).create(force).create_new(!force);
+    options
+}
+
+fn refused(error: io::Error, path: &Path) -> anyhow::Error {
+    match error.kind() {
         io::ErrorKind::AlreadyExists => {
             anyhow::anyhow!("{} is there already; --force overwrites it", path.display())
         }
         _ => anyhow::Error::new(error).context(path.display().to_string()),
-    })
+    }
 }

@@ -1,13 +1,13 @@
 //! A recording in several files: its options, and which files it has.
 
-use std::ffi::OsStr;
-use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use anyhow::bail;
 
-use ft_transfer_area_recorder::{Options, Parts};
+use ft_transfer_area_recorder::{parts_of, Options, Parts};
+
+use crate::print;
 
 /// Smaller files would be heads only.
 const SMALLEST: f64 = 100e3;
@@ -38,13 +38,29 @@ impl InParts {
     }
 }
 
-/// The files of the recording that was made with this name: itself, or its parts in their order.
+/// The files of the recording that was made with this name: itself, or its parts in their order. Says on stderr that
+/// there are later parts beside it.
 pub(super) fn files_of(path: &Path) -> Vec<PathBuf> {
-    let parts = if path.exists() { Vec::new() } else { parts_of(path) };
-    if parts.is_empty() {
+    let parts = parts_of(path).unwrap_or_default().into_iter().map(|(_, part)| part);
+    let parts: Vec<_> = parts.collect();
+    let (Some(first), Some(last)) = (parts.first(), parts.last()) else {
         return vec![path.to_owned()];
+    };
+    if !path.exists() {
+        return parts;
     }
-    parts
+    if written(last) > written(path) {
+        let [first, last, file] = [first, last, path].map(|path| path.display());
+        let note =
+            format!("there is a later recording in parts, {first} to {last}: this is {file}");
+        eprintln!("{}", print::clean(&note));
+    }
+    vec![path.to_owned()]
+}
+
+/// When something was written into it last.
+fn written(file: &Path) -> Option<SystemTime> {
+    file.metadata().and_then(|file| file.modified()).ok()
 }
 
 /// Tells who names a recording in parts, where one file is read, what the names of its files are.
@@ -57,22 +73,6 @@ pub(super) fn ensure_is_one(path: &Path) -> anyhow::Result<()> {
         }
         _ => Ok(()),
     }
-}
-
-fn parts_of(path: &Path) -> Vec<PathBuf> {
-    let [stem, end] = [path.file_stem(), path.extension()].map(|part| part.and_then(OsStr::to_str));
-    let (Some(stem), Some(end)) = (stem, end) else { return Vec::new() };
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let entries = fs::read_dir(folder.unwrap_or(Path::new("."))).into_iter().flatten().flatten();
-    let number = |name: &str| -> Option<u64> {
-        let digits = name.strip_prefix(stem)?.strip_prefix('-')?;
-        let digits = digits.strip_suffix(end)?.strip_suffix('.')?;
-        digits.parse().ok().filter(|_| digits.len() >= 4)
-    };
-    let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-    let mut numbered: Vec<_> = names.filter_map(|name| Some((number(&name)?, name))).collect();
-    numbered.sort_unstable();
-    numbered.into_iter().map(|(_, name)| path.with_file_name(name)).collect()
 }
 
 /// A number with one of these units.

@@ -8,6 +8,7 @@ use std::thread;
 
 use anyhow::{bail, ensure, Context};
 use crossbeam_channel::{bounded, select, Receiver};
+use ft_transfer_area_recorder::file::{beside, hold, is_at, place_of};
 use ft_transfer_area_recorder::{Error, Recorder, Totals};
 
 use crate::interrupt;
@@ -21,7 +22,8 @@ pub(crate) struct Output {
     is_file: bool,
     /// Whether the file was made here, so that no other recording takes its name.
     is_new: bool,
-    /// The single file that is recorded, held open so that the system gives no other file its number.
+    /// The single file that is recorded, held open so that the system gives no other file its number. Until then the one
+    /// that is replaced, so that no other recording takes its place.
     held: Option<File>,
 }
 
@@ -33,18 +35,24 @@ impl Output {
             return Ok(Self { path, replaced, is_file: true, is_new: false, held });
         }
         // Only one of several recordings that begin at the same time can make it. Other errors are the recorder's.
-        let made = File::create_new(&path);
-        if made.as_ref().is_err_and(|error| error.kind() == ErrorKind::AlreadyExists) {
-            ensure!(
-                force || !path.is_file(),
-                "{} is there already; --force replaces it",
-                path.display()
-            );
-        }
-        let is_new = made.is_ok();
-        let replaced = if is_new { None } else { replaced(&path)? };
+        let (is_new, held) = match File::create_new(&path) {
+            // Not this one: its only writer is the recorder.
+            Ok(_) => (true, File::open(&path).ok()),
+            Err(error) => {
+                let held =
+                    hold(&path).with_context(|| format!("can't write {}", path.display()))?;
+                ensure!(
+                    force || error.kind() != ErrorKind::AlreadyExists || !path.is_file(),
+                    "{} is there already; --force replaces it",
+                    path.display()
+                );
+                (false, held)
+            }
+        };
+        // A pipe or a device is written to.
+        let replaced = (!is_new && path.is_file()).then(|| place_of(&path));
         let is_file = path.is_file() || !path.exists();
-        Ok(Self { path, replaced, is_file, is_new, held: made.ok() })
+        Ok(Self { path, replaced, is_file, is_new, held })
     }
 
     /// What the user calls it.
@@ -106,44 +114,11 @@ impl Output {
 impl Drop for Output {
     fn drop(&mut self) {
         // What nobody has recorded into is not in the way of the next attempt.
-        if self.is_new && self.path.metadata().is_ok_and(|file| file.len() == 0) {
+        let is_empty = |file: &File| file.metadata().is_ok_and(|file| file.len() == 0);
+        if self.is_new && hold(&self.path).is_ok_and(|file| file.as_ref().is_some_and(is_empty)) {
             let _ = std::fs::remove_file(&self.path);
         }
     }
-}
-
-/// Whether this open file has this name. Only Unix says so.
-#[cfg(unix)]
-pub(crate) fn is_at(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let [held, there] =
-        [file.metadata(), path.metadata()].map(|of| of.map(|it| (it.dev(), it.ino())));
-    // What can't be asked is no other file.
-    held.is_err() || there.is_err() || held.ok() == there.ok()
-}
-
-#[cfg(not(unix))]
-pub(crate) fn is_at(_: &File, _: &Path) -> bool {
-    true
-}
-
-/// A link stays a link, and a pipe or a device is written to.
-fn replaced(output: &Path) -> anyhow::Result<Option<PathBuf>> {
-    if !output.is_file() {
-        return Ok(None);
-    }
-    if output.is_symlink() {
-        let file = output.canonicalize().with_context(|| output.display().to_string())?;
-        return Ok(Some(file));
-    }
-    Ok(Some(output.to_owned()))
-}
-
-/// A name beside this file, of which no other recording makes use.
-fn beside(file: &Path) -> PathBuf {
-    let mut name = file.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.new", std::process::id()));
-    file.with_file_name(name)
 }
 
 /// The first file of a recording and the newest one, which may be the same.

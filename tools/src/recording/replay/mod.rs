@@ -74,7 +74,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
     lines::never_wait_to_log()?;
     let first_picture = survey.first_picture.clone();
-    let mut player = Player::open(args.file.clone(), part.clone(), first_picture, !args.fast)?;
+    let mut player = Player::open(&args.file, part.clone(), first_picture, !args.fast)?;
     let file = args.file.display();
     anyhow::ensure!(player.has_cycles()?, "{file} has no cycle in this time");
     let (of_part, in_all) = match args.part.is_all() {

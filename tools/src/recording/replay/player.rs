@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area_recorder::{
@@ -20,7 +20,6 @@ const AFTER_ALL_ATTEMPTS: Duration = Duration::from_secs(1);
 
 /// Plays a recording, session after session.
 pub(super) struct Player {
-    path: PathBuf,
     recording: Recording,
     /// What is played of it.
     part: Range<Duration>,
@@ -62,15 +61,13 @@ pub(super) struct Run {
 
 impl Player {
     pub(super) fn open(
-        path: PathBuf,
+        path: &Path,
         part: Range<Duration>,
         first_picture: Option<Vec<u8>>,
         paced: bool,
     ) -> Result<Self, Error> {
-        let recording = Recording::open(&path)?;
         Ok(Self {
-            path,
-            recording,
+            recording: Recording::open(path)?,
             part,
             picture_before: None,
             first_picture,
@@ -152,7 +149,7 @@ impl Player {
             return Ok(());
         }
         if self.run.at_end {
-            self.recording = Recording::open(&self.path)?;
+            self.recording.rewind()?;
             self.picture_before.clone_from(&self.first_picture);
             self.ahead.clear();
             self.run = Run::default();
@@ -477,7 +474,7 @@ mod tests {
             recorder.frames().record(&CameraFrame::new(picture.to_vec()));
         }
         assert_eq!(recorder.finish().unwrap().frames, 10);
-        let mut player = Player::open(path, Duration::ZERO..Duration::MAX, None, false).unwrap();
+        let mut player = Player::open(&path, Duration::ZERO..Duration::MAX, None, false).unwrap();
         while player.find_cycle(|_| {}).unwrap() {
             player.ahead.clear();
         }
