@@ -111,8 +111,7 @@ impl From<&LoggedArea> for FishX1Transfer {
 
 impl LoggedCycle {
     /// The areas: the outputs as they were sent, the configurations that were sent last, the inputs as they came in. The
-    /// rest is as in
-    /// a new area. So are the inputs of an extension that has not yet taken part on this connection, the
+    /// rest is as in a new area. So are the inputs of an extension that has not yet taken part on this connection, the
     /// timers, and the flags [`cnt_resetted`](crate::transfer_area::InputValues::cnt_resetted) and
     /// [`motor_ex_reached`](crate::transfer_area::InputValues::motor_ex_reached), which belong to the
     /// program.
