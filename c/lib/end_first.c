@@ -62,14 +62,18 @@ void __cxa_pure_virtual(void)
 }
 }
 
+static std::terminate_handler terminate_before;
+
 /* An exception that nobody catches: what says so comes afterwards. */
-static void end_and_terminate();
-
-static const std::terminate_handler terminate_before = std::set_terminate(end_and_terminate);
-
 static void end_and_terminate()
 {
     ft_end_transfers();
     terminate_before();
+}
+
+/* Before the constructors of static objects, which may throw one. */
+__attribute__((constructor(101))) static void see_exceptions()
+{
+    terminate_before = std::set_terminate(end_and_terminate);
 }
 #endif

@@ -1,7 +1,8 @@
 /* A PC program, in C and C++: turns M1 until I1 is pressed, and fills the pipe of its error output, which nobody reads.
    Then an assertion fails, in C++ with THROW an exception that nobody catches is thrown, with FROM_CALLBACK and
-   FROM_THREAD it leaves a callback of the library or a thread, with VIRTUAL a function is called that no class has yet,
-   and with AGAIN it becomes itself once more, turns M1 until I2 is pressed, and is killed. */
+   FROM_THREAD it leaves a callback of the library or a thread, with FROM_CONSTRUCTOR the constructor of a static object,
+   with VIRTUAL a function is called that no class has yet, and with AGAIN it becomes itself once more, turns M1 until I2
+   is pressed, and is killed. */
 #include <assert.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -47,7 +48,7 @@ static void throws(void *argument)
 }
 #endif
 
-int main(int count, char **arguments)
+static int run(int count, char **arguments)
 {
     int is_again = count > 1;
     DWORD error = 0;
@@ -70,7 +71,7 @@ int main(int count, char **arguments)
 #ifdef AGAIN
     execl(arguments[0], arguments[0], "again", (char *)0);
 #endif
-#ifdef THROW
+#if defined(THROW) || defined(FROM_CONSTRUCTOR)
     throw 1;
 #endif
 #ifdef FROM_CALLBACK
@@ -88,3 +89,17 @@ int main(int count, char **arguments)
     assert(is_again);
     return 0;
 }
+
+#ifdef FROM_CONSTRUCTOR
+static const int status = run(1, NULL);
+
+int main(void)
+{
+    return status;
+}
+#else
+int main(int count, char **arguments)
+{
+    return run(count, arguments);
+}
+#endif
