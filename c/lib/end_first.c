@@ -2,6 +2,9 @@
    the message of an assertion, an exception or a virtual function that is not there, which perhaps nobody reads. With
    the linker's options --wrap=main, --wrap=exit, --wrap=quick_exit and --wrap=__assert_fail these functions are called in
    their place. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 #ifdef __cplusplus
 #include <exception>
 #include <unistd.h>
@@ -45,9 +48,31 @@ __attribute__((noreturn)) void __wrap___assert_fail(const char *what, const char
     __real___assert_fail(what, file, line, function);
 }
 
+/* These are in the place of the libraries' own. Weak, because a library that is linked into the program may have them,
+   too. */
+
+/* An assertion for an error's number. */
+__attribute__((weak, noreturn)) void __assert_perror_fail(int error, const char *file, unsigned int line,
+                                                          const char *function);
+
+void __assert_perror_fail(int error, const char *file, unsigned int line, const char *function)
+{
+    ft_end_transfers();
+    fprintf(stderr, "%s:%u: %s: Unexpected error: %s.\n", file, line, function, strerror(error));
+    abort();
+}
+
 #ifdef __cplusplus
-/* What a virtual function is before its class is there. Weak, because a library that is linked into the program may have
-   it, too. */
+/* A check of libstdc++: std::__glibcxx_assert_fail. It names no file and no condition where nothing may get to. */
+__attribute__((weak, noreturn)) void _ZSt21__glibcxx_assert_failPKciS0_S0_(const char *file, int line,
+                                                                           const char *function, const char *condition);
+
+void _ZSt21__glibcxx_assert_failPKciS0_S0_(const char *file, int line, const char *function, const char *condition)
+{
+    __wrap___assert_fail(condition ? condition : "false", file ? file : "?", line, function);
+}
+
+/* What a virtual function is before its class is there. */
 __attribute__((weak, noreturn)) void __cxa_pure_virtual(void);
 
 void __cxa_pure_virtual(void)

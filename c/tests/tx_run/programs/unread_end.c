@@ -1,8 +1,13 @@
 /* A PC program, in C and C++: turns M1 until I1 is pressed, and fills the pipe of its error output, which nobody reads.
-   Then an assertion fails, in C++ with THROW an exception that nobody catches is thrown, with FROM_CALLBACK and
-   FROM_THREAD it leaves a callback of the library or a thread, with FROM_CONSTRUCTOR the constructor of a static object,
-   with VIRTUAL a function is called that no class has yet, and with AGAIN it becomes itself once more, turns M1 until I2
-   is pressed, and is killed. */
+   Then an assertion fails, with PERROR one for an error's number, and with CHECK one of the C++ library. In C++ with
+   THROW an exception that nobody catches is thrown, with FROM_CALLBACK and FROM_THREAD it leaves a callback of the
+   library or a thread, with FROM_CONSTRUCTOR the constructor of a static object, with VIRTUAL a function is called that
+   no class has yet, and with AGAIN it becomes itself once more, turns M1 until I2 is pressed, and is killed. */
+#define _GNU_SOURCE
+#ifdef CHECK
+#define _GLIBCXX_ASSERTIONS
+#include <vector>
+#endif
 #include <assert.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -82,6 +87,13 @@ static int run(int count, char **arguments)
 #ifdef FROM_THREAD
     _beginthread(throws, 0, NULL);
     Sleep(INFINITE);
+#endif
+#ifdef PERROR
+    assert_perror(5);
+#endif
+#ifdef CHECK
+    std::vector<int> places(3);
+    places[7] = 1;
 #endif
 #ifdef VIRTUAL
     Turntable turntable;
