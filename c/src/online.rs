@@ -1,5 +1,6 @@
-//! Tells `tx_run` which controllers may have motors on: a note with the controller's host is there from the begin of a
-//! transfer until its last exchange has switched all outputs off. For one that is left `tx_run` sends that exchange.
+//! Tells `tx_run` which controllers may have motors on: a note, a file whose name has the controller's host, is there
+//! from the begin of a transfer until its last exchange has switched all outputs off. For one that is left `tx_run` sends
+//! that exchange.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
@@ -96,9 +97,9 @@ impl Note {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         loop {
             let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-            let path = folder.join(format!("{process}.{number}"));
-            match write_host(&path, host) {
-                Ok(()) => return Ok(Self { path, host: host.to_owned(), process }),
+            let path = folder.join(name_of(process, number, host));
+            match File::create_new(&path) {
+                Ok(_) => return Ok(Self { path, host: host.to_owned(), process }),
                 // Of the program that has become this one.
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),
@@ -124,17 +125,11 @@ impl Note {
     }
 }
 
-/// A link that leads to no file but has the host as its name: it is there as a whole or not at all, and needs no room on
-/// a disk that is full.
-#[cfg(unix)]
-fn write_host(path: &Path, host: &str) -> io::Result<()> {
-    std::os::unix::fs::symlink(host, path)
-}
-
-#[cfg(not(unix))]
-fn write_host(path: &Path, host: &str) -> io::Result<()> {
-    use std::io::Write;
-    File::create_new(path)?.write_all(host.as_bytes()).inspect_err(|_| _ = fs::remove_file(path))
+/// The name of a note, which has the host within it: it is there as a whole or not at all, needs no room on a disk that
+/// is full, and no links, which some file systems do not have.
+fn name_of(process: u32, number: u32, host: &str) -> String {
+    let host: String = host.bytes().map(|byte| format!("{byte:02x}")).collect();
+    format!("{process}.{number}.{host}")
 }
 
 /// Holds a mark, if this process does not hold it yet.
@@ -203,9 +198,9 @@ mod tests {
         let has_begun = || folder.path().join(BEGUN).exists();
         begin("e").end();
         assert!(has_begun());
-        // No system has room for such a host.
+        // No system has such long names.
         let lost = begin(&"e".repeat(1 << 20));
-        assert!(lost.note.is_none() == cfg!(unix) && has_begun() != cfg!(unix));
+        assert!(lost.note.is_none() && !has_begun());
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Which controllers the program has left with motors on. While a transfer runs there is a note with its host, which the
-//! program's library removes when its last exchange has switched all outputs off.
+//! Which controllers the program has left with motors on. While a transfer runs there is a note, a file whose name has
+//! its host, which the program's library removes when its last exchange has switched all outputs off.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
@@ -55,8 +55,8 @@ impl Online {
     /// The notes of transfers that have begun and not ended, with their hosts.
     fn left(&self) -> BTreeMap<PathBuf, String> {
         let notes = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        let notes = notes.filter(|note| note.file_name() != MARK).map(|note| note.path());
-        // One that is gone is of a transfer that has ended.
+        let notes = notes.map(|note| note.path());
+        // Other files have no host.
         notes.filter_map(|note| host_in(&note).map(|host| (note, host))).collect()
     }
 
@@ -135,16 +135,12 @@ fn side_by_side<T: Send>(hosts: Vec<String>, stop: impl Fn(&str) -> T + Sync) ->
     })
 }
 
-/// The host in a note; `None` for other files. A link needs no room on a disk that is full.
-#[cfg(unix)]
+/// The host in the name of a note; `None` for other files.
 fn host_in(note: &Path) -> Option<String> {
-    fs::read_link(note).ok()?.into_os_string().into_string().ok()
-}
-
-/// One without a host is of a transfer that still has to begin.
-#[cfg(not(unix))]
-fn host_in(note: &Path) -> Option<String> {
-    fs::read_to_string(note).ok().filter(|host| !host.is_empty())
+    let host = note.file_name()?.to_str()?.split('.').nth(2)?;
+    let byte = |at| u8::from_str_radix(host.get(at..at + 2)?, 16).ok();
+    let bytes: Option<Vec<u8>> = (0..host.len()).step_by(2).map(byte).collect();
+    String::from_utf8(bytes?).ok()
 }
 
 #[cfg(test)]
@@ -175,15 +171,14 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut online = Online::new(folder.path(), BTreeSet::new()).unwrap();
         let left = |online: &Online| online.left().into_values().collect::<Vec<_>>();
-        #[cfg(unix)]
-        let note = |name, host| std::os::unix::fs::symlink(host, online.folder.join(name)).unwrap();
-        #[cfg(not(unix))]
-        let note = |name, host| fs::write(online.folder.join(name), host).unwrap();
+        // "auto" and "10.0.0.7:65000", as the library names them.
+        let notes = ["7.0.6175746f", "7.1.31302e302e302e373a3635303030"];
+        let note = |name| File::create_new(online.folder.join(name)).unwrap();
         assert_eq!(left(&online), [""; 0]);
-        note("7.0", "auto");
-        note("7.1", "10.0.0.7:65000");
+        notes.into_iter().for_each(|name| drop(note(name)));
+        note("begun");
         assert_eq!(left(&online), ["auto", "10.0.0.7:65000"]);
-        fs::remove_file(online.folder.join("7.0")).unwrap();
+        fs::remove_file(online.folder.join(notes[0])).unwrap();
         assert!(online.stop_left(Some("10.0.0.7:65000")).is_empty());
         assert_eq!(left(&online), [""; 0]);
     }

@@ -134,6 +134,24 @@ fn a_program_that_is_killed_is_followed_by_an_exchange_that_stops_everything() {
     wait_stopped(&txt);
 }
 
+/// As some sticks and folders that are shared with a virtual machine.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_that_is_killed_is_stopped_where_the_file_system_has_only_files() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let library = folder.path().join("only_files.so");
+    let mut compiler = Command::new("cc");
+    compiler.args(["-shared", "-fPIC", "-o"]).arg(&library).arg(program("only_files.c"));
+    assert!(compiler.status().unwrap().success());
+    let txt = txt().start().unwrap();
+    let ended = run_with(&txt, "killed.c", "", &[("LD_PRELOAD", &library)]).end();
+    ended.badly("tx_run has sent it: all outputs are off");
+    wait_stopped(&txt);
+}
+
 /// As by what tidies the folder for temporary files.
 #[test]
 fn a_program_whose_notes_were_removed_is_stopped_where_tx_run_knows_the_controller() {
