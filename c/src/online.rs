@@ -1,12 +1,14 @@
 //! Tells `tx_run` which controllers may have motors on: a note, a file whose name has the controller's host, is there
-//! from the begin of a transfer until its last exchange has switched all outputs off. For one that is left `tx_run` sends
-//! that exchange.
+//! from the begin of a transfer until its last exchange has switched all outputs off. For one that is left `tx_run`
+//! sends that exchange.
 
 use std::fs::{self, File};
-use std::io::{self, ErrorKind};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io;
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::time::SystemTime;
 
 use parking_lot::Mutex;
 
@@ -14,13 +16,13 @@ use crate::host;
 
 /// The environment variable with the folder.
 const VARIABLE: &str = "FT_TXT_TRANSFERS";
-/// The file in it with the mark of each process that has begun a transfer.
+/// The file in it of which each process that has begun a transfer marks a byte.
 const MARK: &str = "mark";
 /// The empty file in it that stays when the first transfer has begun.
 const BEGUN: &str = "begun";
 
-/// The marked file, and the process that has opened it: a child after `fork` opens it anew.
-static MARKED: Mutex<Option<(u32, File)>> = Mutex::new(None);
+/// The mark of this process.
+static MARKED: Mutex<Option<Mark>> = Mutex::new(None);
 
 /// Transfers that are gone without a last exchange.
 static LEFT: Mutex<Vec<Note>> = Mutex::new(Vec::new());
@@ -83,9 +85,10 @@ impl Note {
     fn new(folder: &Path, host: &str) -> io::Result<Self> {
         let begun = folder.join(BEGUN);
         let process = process::id();
-        let noted = mark(process, &folder.join(MARK))
-            .and_then(|()| File::create(&begun))
-            .and_then(|_| Self::write(folder, host, process));
+        let noted = mark(process, &folder.join(MARK)).and_then(|mark| {
+            File::create(&begun)?;
+            Self::write(folder, host, process, mark)
+        });
         if noted.is_err() {
             // That no transfer is noted means nothing from now on.
             let _ = fs::remove_file(begun);
@@ -93,18 +96,12 @@ impl Note {
         noted
     }
 
-    fn write(folder: &Path, host: &str, process: u32) -> io::Result<Self> {
+    fn write(folder: &Path, host: &str, process: u32, mark: u32) -> io::Result<Self> {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
-        loop {
-            let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-            let path = folder.join(name_of(process, number, host));
-            match File::create_new(&path) {
-                Ok(_) => return Ok(Self { path, host: host.to_owned(), process }),
-                // Of the program that has become this one.
-                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-                Err(error) => return Err(error),
-            }
-        }
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let path = folder.join(name_of(mark, number, host));
+        File::create_new(&path)?;
+        Ok(Self { path, host: host.to_owned(), process })
     }
 
     fn remove(&self) {
@@ -127,43 +124,71 @@ impl Note {
 
 /// The name of a note, which has the host within it: it is there as a whole or not at all, needs no room on a disk that
 /// is full, and no links, which some file systems do not have.
-fn name_of(process: u32, number: u32, host: &str) -> String {
+fn name_of(mark: u32, number: u32, host: &str) -> String {
     let host: String = host.bytes().map(|byte| format!("{byte:02x}")).collect();
-    format!("{process}.{number}.{host}")
+    format!("{mark}.{number}.{host}")
 }
 
-/// Holds a mark, if this process does not hold it yet.
-fn mark(process: u32, path: &Path) -> io::Result<()> {
+/// By its mark `tx_run` sees that a process lives.
+struct Mark {
+    /// The process that has opened the file: a child after `fork` opens it anew.
+    process: u32,
+    /// The byte, by which the notes are called; 0 where the file system has no marks, so that nobody asks for one.
+    byte: u32,
+    _file: File,
+}
+
+/// Holds a mark, if this process does not hold it yet. Returns its byte.
+fn mark(process: u32, path: &Path) -> io::Result<u32> {
     let mut marked = MARKED.lock();
-    if marked.as_ref().is_none_or(|(by, _)| *by != process) {
-        *marked = Some((process, open_marked(path)?));
+    if let Some(mark) = marked.as_ref().filter(|mark| mark.process == process) {
+        return Ok(mark.byte);
     }
-    Ok(())
-}
-
-fn open_marked(path: &Path) -> io::Result<File> {
+    // Whatever closes the file in this process takes its marks away, so that of the parent is closed first.
+    *marked = None;
     let opened = File::open(path)?;
     // Not in the place of an input or output that the program has closed.
     let file = opened.try_clone()?;
-    // Whatever closes the file in this process takes the mark away.
     drop(opened);
-    #[cfg(unix)]
-    hold_mark(&file)?;
-    Ok(file)
+    let byte = new_byte(process);
+    let held = hold_mark(&file, byte).inspect_err(|error| {
+        log::warn!(
+            "tx_run stops what a process of this program leaves only at the end of the whole program: {error:#}"
+        );
+    });
+    let byte = held.map_or(0, |()| byte);
+    *marked = Some(Mark { process, byte, _file: file });
+    Ok(byte)
+}
+
+/// One that no other process has, nor one with the same number earlier, nor the program that has become this one.
+fn new_byte(process: u32) -> u32 {
+    let mut hasher = DefaultHasher::new();
+    (process, SystemTime::now()).hash(&mut hasher);
+    // Offsets have 31 bits on some systems.
+    ((hasher.finish() >> 33) as u32).max(1)
 }
 
 /// Holds a mark that goes when this process ends or becomes another program.
 #[cfg(unix)]
-fn hold_mark(file: &File) -> io::Result<()> {
+fn hold_mark(file: &File, byte: u32) -> io::Result<()> {
     use std::os::fd::AsRawFd;
     // SAFETY: integers, for which all bits 0 are valid.
     let mut mark: libc::flock = unsafe { std::mem::zeroed() };
     mark.l_type = libc::F_RDLCK as _;
+    mark.l_start = byte as _;
+    mark.l_len = 1;
     // SAFETY: the file is open, and the mark is this function's. Nobody else has one that excludes it.
     match unsafe { libc::fcntl(file.as_raw_fd(), libc::F_SETLK, &raw const mark) } {
         -1 => Err(io::Error::last_os_error()),
         _ => Ok(()),
     }
+}
+
+/// Programs do not become others, and `tx_run` sees each end.
+#[cfg(not(unix))]
+fn hold_mark(_: &File, _: u32) -> io::Result<()> {
+    Ok(())
 }
 
 #[cfg(test)]

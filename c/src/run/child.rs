@@ -14,7 +14,7 @@ use ft_transfer_area::Error;
 
 #[cfg(target_os = "linux")]
 use crate::forks::Forks;
-use crate::online::{self, Online};
+use crate::online::{self, Online, While};
 use crate::options::Options;
 use crate::port_entries::entries;
 use crate::program::Program;
@@ -91,7 +91,8 @@ pub(crate) fn run(
             Ok(None) if online.is_left() => {
                 was_left = true;
                 // Sentences without room are not said.
-                stop_left(&mut online, target).into_iter().for_each(|it| drop(to_say.try_send(it)));
+                let words = stop_left(&mut online, target, While::Runs);
+                words.into_iter().for_each(|it| drop(to_say.try_send(it)));
             }
             Ok(None) => thread::sleep(LOOK),
             Ok(Some(status)) => break Ok(status),
@@ -111,7 +112,7 @@ pub(crate) fn run(
         }
     };
     // Also those that could not be stopped while the program ran.
-    let stopped = stop_left(&mut online, target);
+    let stopped = stop_left(&mut online, target, While::HasEnded);
     // All that it began has ended by its own last exchange. Without a transfer nobody knows what the outputs do.
     let is_off = online.has_begun() && stopped.is_empty() && !was_left;
     let word =
@@ -156,16 +157,16 @@ impl Forks {
 }
 
 /// Stops the controllers that the program has left, and returns what is to be said of it.
-fn stop_left(online: &mut Online, target: &Target) -> Vec<String> {
+fn stop_left(online: &mut Online, target: &Target, program: While) -> Vec<String> {
     // A simulated TXT ends with this process.
     let simulated = match target {
         Target::Host(_) => None,
         Target::Simulated { .. } | Target::Shown { .. } => Some(target.host()),
     };
-    let ends = simulated.as_ref().is_some_and(|host| online.has_left(host));
+    let ends = simulated.as_ref().is_some_and(|host| online.has_left(host, program));
     let ends = ends.then(|| String::from(ENDS_WITH_US));
     let gone = online.is_gone().then(|| online.folder.display().to_string());
-    let stopped = online.stop_left(simulated.as_deref()).into_iter();
+    let stopped = online.stop_left(simulated.as_deref(), program).into_iter();
     ends.into_iter().chain(stopped.map(|it| words_of_stop(it, gone.as_deref()))).collect()
 }
 

@@ -1,7 +1,7 @@
 //! Which controllers the program has left with motors on. While a transfer runs there is a note, a file whose name has
 //! its host, which the program's library removes when its last exchange has switched all outputs off.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io;
 use std::mem;
@@ -14,7 +14,7 @@ use crate::stop;
 
 /// The environment variable with the folder of these files.
 pub(crate) const VARIABLE: &str = "FT_TXT_TRANSFERS";
-/// The file in it that the library marks as long as its process lives.
+/// The file in it of which the library marks a byte as long as its process lives.
 const MARK: &str = "mark";
 /// The file in it that the library makes when the first transfer begins.
 const BEGUN: &str = "begun";
@@ -28,8 +28,26 @@ pub(crate) struct Online {
     failed: BTreeSet<String>,
     /// The hosts that the program may use, as far as this process has named them.
     named: BTreeSet<String>,
-    /// The hosts in all notes that were seen since the last stop.
-    seen: BTreeSet<String>,
+    /// All notes that were seen since the last stop.
+    seen: BTreeSet<Note>,
+}
+
+/// A transfer that has begun and not ended.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Note {
+    path: PathBuf,
+    /// The byte that its process marks; 0 if it can't.
+    byte: u32,
+    host: String,
+}
+
+/// Which transfers are left.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum While {
+    /// Those that no process has any more.
+    Runs,
+    /// All.
+    HasEnded,
 }
 
 impl Online {
@@ -39,7 +57,8 @@ impl Online {
         let folder = path::absolute(folder.join("transfers"))?;
         fs::create_dir(&folder)?;
         let mark = File::create_new(folder.join(MARK))?;
-        Ok(Self { folder, mark, failed: BTreeSet::new(), named, seen: BTreeSet::new() })
+        let (failed, seen) = (BTreeSet::new(), BTreeSet::new());
+        Ok(Self { folder, mark, failed, named, seen })
     }
 
     /// Whether somebody has removed what is written down, with the folder or without it.
@@ -52,31 +71,40 @@ impl Online {
         self.folder.join(BEGUN).exists()
     }
 
-    /// The notes of transfers that have begun and not ended, with their hosts.
-    fn left(&self) -> BTreeMap<PathBuf, String> {
-        let notes = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        let notes = notes.map(|note| note.path());
-        // Other files have no host.
-        notes.filter_map(|note| host_in(&note).map(|host| (note, host))).collect()
+    fn notes(&self) -> BTreeSet<Note> {
+        let files = fs::read_dir(&self.folder).into_iter().flatten().flatten();
+        files.filter_map(|file| Note::of(file.path())).collect()
+    }
+
+    fn left(&self, program: While) -> BTreeSet<Note> {
+        match program {
+            // In this order: the library marks the file first.
+            While::Runs => split(self.notes(), |byte| self.is_marked(byte)).left,
+            While::HasEnded => self.notes(),
+        }
     }
 
     /// Whether a transfer to this host is left.
-    pub(crate) fn has_left(&self, host: &str) -> bool {
-        self.left().values().any(|left| left == host)
+    pub(crate) fn has_left(&self, host: &str, program: While) -> bool {
+        self.left(program).iter().any(|left| left.host == host)
     }
 
     /// Sends a last exchange to each controller that was left, except to this one, and returns how that went, by their
     /// hosts. They are left no more then. One that could not be stopped is tried again by the next call: what the
     /// program has made by `fork` may have ended by then, with which the controller was online. Without the notes it is
     /// each controller that may be left, once: one that is online with another program takes no exchange.
-    pub(crate) fn stop_left(&mut self, but: Option<&str>) -> Vec<(String, Result<(), Error>)> {
-        let left = self.left();
-        left.keys().for_each(|file| _ = fs::remove_file(file));
-        let mut hosts: BTreeSet<String> =
-            left.into_values().chain(mem::take(&mut self.failed)).collect();
+    pub(crate) fn stop_left(
+        &mut self,
+        but: Option<&str>,
+        program: While,
+    ) -> Vec<(String, Result<(), Error>)> {
+        let left = self.left(program);
+        left.iter().for_each(|note| _ = fs::remove_file(&note.path));
+        let mut hosts: BTreeSet<String> = left.into_iter().map(|note| note.host).collect();
+        hosts.extend(mem::take(&mut self.failed));
         let seen = mem::take(&mut self.seen);
         if self.is_gone() {
-            hosts.extend(seen);
+            hosts.extend(seen.into_iter().map(|note| note.host));
             hosts.extend(mem::take(&mut self.named));
         }
         let hosts = hosts.into_iter().filter(|host| Some(host.as_str()) != but);
@@ -86,32 +114,66 @@ impl Online {
         stopped
     }
 
-    /// Whether transfers are left that no process has any more: the program has ended, or has become another one.
-    #[cfg(unix)]
+    /// Whether transfers are left that no process has any more: it has ended, or has become another program.
     pub(crate) fn is_left(&mut self) -> bool {
-        let left = self.left();
-        let is_any = !left.is_empty() || (!self.seen.is_empty() && self.is_gone());
-        self.seen.extend(left.into_values());
-        // In this order: the library marks the file first.
-        is_any && !self.is_marked()
+        let notes = self.notes();
+        let is_gone = !self.seen.is_empty() && self.is_gone();
+        let are_lost = is_gone && !self.seen.iter().any(|note| self.is_marked(note.byte));
+        self.seen.extend(notes.iter().cloned());
+        let Split { left, stood_for, driven } = split(notes, |byte| self.is_marked(byte));
+        stood_for.iter().for_each(|note| _ = fs::remove_file(&note.path));
+        self.failed.retain(|host| !driven.contains(host));
+        !left.is_empty() || are_lost
     }
 
-    /// Programs do not become others.
-    #[cfg(not(unix))]
-    pub(crate) fn is_left(&mut self) -> bool {
-        false
-    }
-
-    /// Whether a process holds the library's mark.
+    /// Whether a process holds the mark on this byte, or can't hold one.
     #[cfg(unix)]
-    fn is_marked(&self) -> bool {
+    fn is_marked(&self, byte: u32) -> bool {
         use std::os::fd::AsRawFd;
         // SAFETY: integers, for which all bits 0 are valid.
         let mut mark: libc::flock = unsafe { mem::zeroed() };
         mark.l_type = libc::F_WRLCK as _;
+        mark.l_start = byte as _;
+        mark.l_len = 1;
         // SAFETY: the file is open, and the mark is this function's. It only asks.
         let asked = unsafe { libc::fcntl(self.mark.as_raw_fd(), libc::F_GETLK, &raw mut mark) };
-        asked == -1 || mark.l_type != libc::F_UNLCK as _
+        byte == 0 || asked == -1 || mark.l_type != libc::F_UNLCK as _
+    }
+
+    /// Programs do not become others, and this process sees each end.
+    #[cfg(not(unix))]
+    fn is_marked(&self, _: u32) -> bool {
+        true
+    }
+}
+
+/// Which of the notes are left.
+struct Split {
+    left: BTreeSet<Note>,
+    /// Those of processes that are no more, but another one drives the same controller since: its own note stands for
+    /// these, and a last exchange in between would stop what it does.
+    stood_for: BTreeSet<Note>,
+    /// The hosts of the others.
+    driven: BTreeSet<String>,
+}
+
+fn split(notes: BTreeSet<Note>, is_marked: impl Fn(u32) -> bool) -> Split {
+    let (kept, lost): (BTreeSet<_>, BTreeSet<_>) =
+        notes.into_iter().partition(|note| is_marked(note.byte));
+    let driven: BTreeSet<String> = kept.into_iter().map(|note| note.host).collect();
+    let (stood_for, left) = lost.into_iter().partition(|note| driven.contains(&note.host));
+    Split { left, stood_for, driven }
+}
+
+impl Note {
+    /// By the name of its file; `None` for other files.
+    fn of(path: PathBuf) -> Option<Self> {
+        let mut parts = path.file_name()?.to_str()?.split('.');
+        let (byte, host) = (parts.next()?.parse().ok()?, parts.nth(1)?);
+        let letter = |at| u8::from_str_radix(host.get(at..at + 2)?, 16).ok();
+        let letters: Option<Vec<u8>> = (0..host.len()).step_by(2).map(letter).collect();
+        let host = String::from_utf8(letters?).ok()?;
+        Some(Self { path, byte, host })
     }
 }
 
@@ -133,14 +195,6 @@ fn side_by_side<T: Send>(hosts: Vec<String>, stop: impl Fn(&str) -> T + Sync) ->
         };
         begun.into_iter().map(end).collect()
     })
-}
-
-/// The host in the name of a note; `None` for other files.
-fn host_in(note: &Path) -> Option<String> {
-    let host = note.file_name()?.to_str()?.split('.').nth(2)?;
-    let byte = |at| u8::from_str_radix(host.get(at..at + 2)?, 16).ok();
-    let bytes: Option<Vec<u8>> = (0..host.len()).step_by(2).map(byte).collect();
-    String::from_utf8(bytes?).ok()
 }
 
 #[cfg(test)]
@@ -170,7 +224,9 @@ mod tests {
     fn what_has_begun_and_not_ended_is_left() {
         let folder = tempfile::tempdir().unwrap();
         let mut online = Online::new(folder.path(), BTreeSet::new()).unwrap();
-        let left = |online: &Online| online.left().into_values().collect::<Vec<_>>();
+        let left = |online: &Online| {
+            online.left(While::HasEnded).into_iter().map(|note| note.host).collect::<Vec<_>>()
+        };
         // "auto" and "10.0.0.7:65000", as the library names them.
         let notes = ["7.0.6175746f", "7.1.31302e302e302e373a3635303030"];
         let note = |name| File::create_new(online.folder.join(name)).unwrap();
@@ -179,7 +235,27 @@ mod tests {
         note("begun");
         assert_eq!(left(&online), ["auto", "10.0.0.7:65000"]);
         fs::remove_file(online.folder.join(notes[0])).unwrap();
-        assert!(online.stop_left(Some("10.0.0.7:65000")).is_empty());
+        assert!(online.stop_left(Some("10.0.0.7:65000"), While::HasEnded).is_empty());
         assert_eq!(left(&online), [""; 0]);
+    }
+
+    #[test]
+    fn a_process_that_has_gone_leaves_what_no_other_one_drives() {
+        // Of the processes 1 to 3 only 2 lives, and one has no mark.
+        let notes = [(1, "a"), (1, "b"), (2, "b"), (2, "c"), (3, "d"), (0, "e")];
+        let note = |(byte, host): (u32, &str)| Note {
+            path: format!("{byte}.{host}").into(),
+            byte,
+            host: host.to_owned(),
+        };
+        let hosts =
+            |notes: BTreeSet<Note>| notes.into_iter().map(|note| note.host).collect::<Vec<_>>();
+        let Split { left, stood_for, driven } =
+            split(notes.into_iter().map(note).collect(), |byte| byte == 0 || byte == 2);
+        assert_eq!(
+            (hosts(left), hosts(stood_for)),
+            (vec!["a".into(), "d".into()], vec!["b".into()])
+        );
+        assert_eq!(driven.into_iter().collect::<Vec<_>>(), ["b", "c", "e"]);
     }
 }

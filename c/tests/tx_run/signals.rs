@@ -30,6 +30,34 @@ fn a_program_that_becomes_another_one_is_stopped_while_that_runs() {
     ended.badly("tx_run has sent it: all outputs are off");
 }
 
+/// Each has a controller of its own.
+#[test]
+fn what_one_process_of_a_program_leaves_is_stopped_while_another_one_drives() {
+    if !has_compiler() {
+        return;
+    }
+    for kind in ["_exit(0)", "raise(SIGKILL)", r#"execlp("sleep","sleep","1",(char*)0)"#] {
+        let [first, second] = [txt().start().unwrap(), txt().start().unwrap()];
+        let mut command = tx_run(&[]);
+        let ports = format!("COM4={}, COM5={}", first.address(), second.address());
+        command.env("FT_TXT_PORTS", ports).env("CFLAGS", format!("-w -DLEAVE={kind}"));
+        let run = Run::start(command.arg(program("workers.c")));
+        let turns = |machine: &Machine| machine.controllers[0].outputs.duty[0] == 300;
+        wait_for(&first, "the motor turns", turns);
+        wait_for(&second, "the motor turns", turns);
+        press(&first, &run);
+        wait_stopped(&first);
+        let before = second.with_machine(|machine| machine.exchanges());
+        wait_for(&second, "more exchanges", |machine| machine.exchanges() > before + 5);
+        assert!(second.with_machine(|machine| turns(machine)), "{kind}");
+        press(&second, &run);
+        wait_stopped(&second);
+        let ended = run.end();
+        ended.well();
+        assert_eq!(ended.err.matches("tx_run has sent it").count(), 1, "{kind}: {ended:#?}");
+    }
+}
+
 #[test]
 fn what_a_program_does_after_its_end_can_crash_and_hang() {
     if !has_compiler() {
@@ -148,6 +176,7 @@ fn a_program_that_is_killed_is_stopped_where_the_file_system_has_only_files() {
     assert!(compiler.status().unwrap().success());
     let txt = txt().start().unwrap();
     let ended = run_with(&txt, "killed.c", "", &[("LD_PRELOAD", &library)]).end();
+    ended.badly("leaves only at the end of the whole program");
     ended.badly("tx_run has sent it: all outputs are off");
     wait_stopped(&txt);
 }
