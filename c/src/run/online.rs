@@ -7,6 +7,7 @@ use std::io;
 use std::mem;
 use std::path::{self, Path, PathBuf};
 use std::thread;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::Error;
 
@@ -18,14 +19,17 @@ pub(crate) const VARIABLE: &str = "FT_TXT_TRANSFERS";
 const MARK: &str = "mark";
 /// The file in it that the library makes when the first transfer begins.
 const BEGUN: &str = "begun";
+/// After how long one that could not be stopped is tried again, while the program runs.
+const AGAIN: Duration = Duration::from_secs(1);
 
 /// What the program and its children write down.
 pub(crate) struct Online {
     pub(crate) folder: PathBuf,
     #[cfg_attr(not(unix), allow(dead_code, reason = "nobody asks for the mark"))]
     mark: File,
-    /// The hosts that could not be stopped.
+    /// The hosts that could not be stopped, and when they were tried.
     failed: BTreeSet<String>,
+    tried: Instant,
     /// The hosts that the program may use, as far as this process has named them.
     named: BTreeSet<String>,
     /// All notes that were seen since the last stop.
@@ -58,7 +62,7 @@ impl Online {
         fs::create_dir(&folder)?;
         let mark = File::create_new(folder.join(MARK))?;
         let (failed, seen) = (BTreeSet::new(), BTreeSet::new());
-        Ok(Self { folder, mark, failed, named, seen })
+        Ok(Self { folder, mark, failed, tried: Instant::now(), named, seen })
     }
 
     /// Whether somebody has removed what is written down, with the folder or without it.
@@ -90,9 +94,10 @@ impl Online {
     }
 
     /// Sends a last exchange to each controller that was left, except to this one, and returns how that went, by their
-    /// hosts. They are left no more then. One that could not be stopped is tried again by the next call: what the
-    /// program has made by `fork` may have ended by then, with which the controller was online. Without the notes it is
-    /// each controller that may be left, once: one that is online with another program takes no exchange.
+    /// hosts. They are left no more then. One that could not be stopped is tried again by the next call, and told again
+    /// at the end: what the program has made by `fork` may have ended by then, with which the controller was online.
+    /// Without the notes it is each controller that may be left, once: one that is online with another program takes no
+    /// exchange.
     pub(crate) fn stop_left(
         &mut self,
         but: Option<&str>,
@@ -100,21 +105,27 @@ impl Online {
     ) -> Vec<(String, Result<(), Error>)> {
         let left = self.left(program);
         left.iter().for_each(|note| _ = fs::remove_file(&note.path));
+        let before = mem::take(&mut self.failed);
         let mut hosts: BTreeSet<String> = left.into_iter().map(|note| note.host).collect();
-        hosts.extend(mem::take(&mut self.failed));
+        hosts.extend(before.iter().cloned());
         let seen = mem::take(&mut self.seen);
         if self.is_gone() {
             hosts.extend(seen.into_iter().map(|note| note.host));
             hosts.extend(mem::take(&mut self.named));
         }
         let hosts = hosts.into_iter().filter(|host| Some(host.as_str()) != but);
-        let stopped = side_by_side(hosts.collect(), stop::stop);
+        let mut stopped = side_by_side(hosts.collect(), stop::stop);
+        self.tried = Instant::now();
         let failed = stopped.iter().filter(|(_, stopped)| stopped.is_err());
         self.failed.extend(failed.map(|(host, _)| host.clone()));
+        if program == While::Runs {
+            stopped.retain(|(host, stopped)| stopped.is_ok() || !before.contains(host));
+        }
         stopped
     }
 
-    /// Whether transfers are left that no process has any more: it has ended, or has become another program.
+    /// Whether transfers are left that no process has any more: it has ended, or has become another program. Or whether
+    /// it is time to try one again.
     pub(crate) fn is_left(&mut self) -> bool {
         let notes = self.notes();
         let is_gone = !self.seen.is_empty() && self.is_gone();
@@ -123,7 +134,8 @@ impl Online {
         let Split { left, stood_for, driven } = split(notes, |byte| self.is_marked(byte));
         stood_for.iter().for_each(|note| _ = fs::remove_file(&note.path));
         self.failed.retain(|host| !driven.contains(host));
-        !left.is_empty() || are_lost
+        let is_time = !self.failed.is_empty() && !is_gone && self.tried.elapsed() >= AGAIN;
+        !left.is_empty() || are_lost || is_time
     }
 
     /// Whether a process holds the mark on this byte, or can't hold one.
@@ -200,7 +212,6 @@ fn side_by_side<T: Send>(hosts: Vec<String>, stop: impl Fn(&str) -> T + Sync) ->
 #[cfg(test)]
 mod tests {
     use std::sync::atomic::{AtomicUsize, Ordering};
-    use std::time::{Duration, Instant};
 
     use super::*;
 

@@ -1,11 +1,11 @@
 //! Signals end programs, and what ends in other ways than Windows knows.
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
-use std::fs::{self, Permissions};
+use std::fs::{self, File, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 
 use ft_transfer_area_simulator::Machine;
@@ -232,6 +232,33 @@ fn a_controller_that_can_not_be_stopped_is_told() {
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
     drop(txt);
     run.end().badly("tx_run could not either, so motors may go on: ");
+}
+
+/// The program has become another one, which does not end.
+#[test]
+fn a_controller_that_can_not_be_stopped_at_first_is_stopped_when_it_answers_again() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let said = folder.path().join("said");
+    let gone = txt().start().unwrap();
+    let address = gone.address();
+    let mut command = tx_run(&["--host", &address.to_string()]);
+    command.arg(program("killed.c")).env("CFLAGS", "-w -DGONE -DBECOMES");
+    command.stdin(Stdio::null()).stderr(File::create(&said).unwrap());
+    let mut child = command.spawn().unwrap();
+    wait_for(&gone, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    drop(gone);
+    let words = || fs::read_to_string(&said).unwrap();
+    wait_until("it can't be stopped", || words().contains("tx_run could not either"));
+    let again = txt().port(address.port()).start().unwrap();
+    wait_stopped(&again);
+    wait_until("it is said", || words().contains("tx_run has sent it: all outputs are off"));
+    assert_eq!(words().matches("could not either").count(), 1, "{}", words());
+    // SAFETY: a call without pointers, for a child that was not waited for.
+    assert_eq!(unsafe { libc::kill(child.id() as libc::pid_t, libc::SIGTERM) }, 0);
+    child.wait().unwrap();
 }
 
 #[cfg(target_os = "linux")]

@@ -1,7 +1,8 @@
-/* A PC program: turns M1, and is killed, with GONE only when the controller has gone. With BEFORE and AFTER it removes the
-   folder of its notes before or after the transfer begins. */
+/* A PC program: turns M1, and is killed, with GONE only when the controller has gone; with BECOMES it then becomes another
+   program. With BEFORE and AFTER it removes the folder of its notes before or after the transfer begins. */
 #include <signal.h>
 #include <stdlib.h>
+#include <unistd.h>
 #include <windows.h>
 #include "ROBO_TX_FW.h"
 #include "ftMscLib.h"
@@ -39,6 +40,9 @@ int main(int argc, char *argv[])
         Sleep(2);
 #else
     Sleep(300);
+#endif
+#ifdef BECOMES
+    execlp("sleep", "sleep", "1000", (char *)0);
 #endif
     return raise(SIGKILL);
 }
