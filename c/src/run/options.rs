@@ -3,6 +3,7 @@
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
+use ft_transfer_area::Error;
 use lexopt::prelude::{Long, Short, Value};
 use lexopt::ValueExt;
 
@@ -72,7 +73,7 @@ impl Options {
         while let Some(argument) = parser.next()? {
             match argument {
                 Short('h') | Long("help") => return Ok(None),
-                Long("host") => options.host = Some(parser.value()?.string()?),
+                Long("host") => options.host = Some(host(parser.value()?.string()?)?),
                 Long("show") => options.show = true,
                 Long("world") => options.world = Some(parser.value()?),
                 Short('I') => options.include_folders.push(parser.value()?.into()),
@@ -102,6 +103,14 @@ impl Options {
             );
         }
         Ok(Some(options))
+    }
+}
+
+/// A host that is named. An empty one, such as that of a variable that is not set, would be like none.
+fn host(given: String) -> Result<String, lexopt::Error> {
+    match given.trim() {
+        "" => Err(Error::BadAddress { given }.to_string().into()),
+        host => Ok(host.to_owned()),
     }
 }
 
@@ -178,6 +187,10 @@ mod tests {
         assert!(parse(&[]).unwrap_err().contains("no source"));
         assert!(parse(&["a.c", "--wrld", "car"]).unwrap_err().contains("--wrld"));
         assert!(parse(&["a.c", "--host", "h", "--world", "car"]).unwrap_err().contains("world"));
+        for blank in ["", " "] {
+            let sentence = parse(&["a.c", "--host", blank]).unwrap_err();
+            assert!(sentence.contains("is not a controller's address"), "{sentence}");
+        }
         assert!(parse(&["a.c", "--host", "h", "--show"]).unwrap_err().contains("shown"));
         for option in ["-O2", "-Wall", "-s", "-std", "-std=", "-static"] {
             let sentence = parse(&["a.c", option]).unwrap_err();
