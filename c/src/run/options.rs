@@ -76,10 +76,14 @@ impl Options {
                 Long("host") => options.host = Some(host(parser.value()?.string()?)?),
                 Long("show") => options.show = true,
                 Long("world") => options.world = Some(parser.value()?),
-                Short('I') => options.include_folders.push(parser.value()?.into()),
-                Short('D') => options.definitions.push(parser.value()?),
-                Short('L') => options.library_folders.push(parser.value()?.into()),
-                Short('l') => options.libraries.push(parser.value()?),
+                Short(short @ 'I') => {
+                    options.include_folders.push(filled(short, parser.value()?)?.into())
+                }
+                Short(short @ 'D') => options.definitions.push(filled(short, parser.value()?)?),
+                Short(short @ 'L') => {
+                    options.library_folders.push(filled(short, parser.value()?)?.into())
+                }
+                Short(short @ 'l') => options.libraries.push(filled(short, parser.value()?)?),
                 Short('x') => options.language = Some(language(parser.value()?)?),
                 Short('s') => options.standards.push(standard(parser.optional_value())?),
                 Short(other) => {
@@ -111,6 +115,14 @@ fn host(given: String) -> Result<String, lexopt::Error> {
     match given.trim() {
         "" => Err(Error::BadAddress { given }.to_string().into()),
         host => Ok(host.to_owned()),
+    }
+}
+
+/// What follows an option. An empty text would be glued to it, and a compiler take the next option for the text.
+fn filled(option: char, text: OsString) -> Result<OsString, lexopt::Error> {
+    match text.is_empty() {
+        true => Err(format!("what follows the option -{option} is empty").into()),
+        false => Ok(text),
     }
 }
 
@@ -198,5 +210,9 @@ mod tests {
         }
         assert!(parse(&["a.c", "-x", "f77"]).unwrap_err().contains("f77"));
         assert!(parse(&["a.c", "-I"]).unwrap_err().contains("-I"));
+        for option in ["-I", "-D", "-L", "-l"] {
+            let sentence = parse(&["a.c", option, ""]).unwrap_err();
+            assert!(sentence.contains(&format!("{option} is empty")), "{sentence}");
+        }
     }
 }
