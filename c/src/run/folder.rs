@@ -10,6 +10,8 @@ use tempfile::TempDir;
 use crate::Sentence;
 
 const PREFIX: &str = "tx_run";
+/// How many letters and digits follow.
+const RANDOM: usize = 6;
 
 pub(crate) struct BuildFolder {
     folder: TempDir,
@@ -27,8 +29,8 @@ impl BuildFolder {
 
     fn make() -> io::Result<Self> {
         #[cfg(unix)]
-        unix::remove_left();
-        let folder = tempfile::Builder::new().prefix(PREFIX).tempdir()?;
+        unix::remove_left(&env::temp_dir());
+        let folder = tempfile::Builder::new().prefix(PREFIX).rand_bytes(RANDOM).tempdir()?;
         Ok(Self {
             #[cfg(unix)]
             _locks: unix::lock(folder.path())?,
@@ -78,26 +80,28 @@ fn remedy() -> &'static str {
 
 #[cfg(unix)]
 mod unix {
-    use std::env;
     use std::fs::{self, File};
-    use std::io;
+    use std::io::{self, Read, Write};
     use std::os::fd::AsRawFd;
     use std::os::unix::fs::MetadataExt;
     use std::path::Path;
 
-    use super::PREFIX;
+    use super::{PREFIX, RANDOM};
 
     /// A file that is locked as long as the process lives that compiles in its folder.
     const LOCK: &str = "lock";
+    /// What is in it. A folder of somebody else may have a file with this name, too.
+    const TEXT: &str = "tx_run compiles a program here\n";
 
     pub(super) fn lock(folder: &Path) -> io::Result<[File; 2]> {
         // What removes old files, such as systemd-tmpfiles, leaves a locked folder alone: a program may run for weeks.
         let whole = File::open(folder)?;
         let new = folder.join("new");
-        let lock = File::create(&new)?;
+        let mut lock = File::create(&new)?;
         // A system of files without locks does not matter. Nobody sees it unlocked.
         take(&whole);
         take(&lock);
+        lock.write_all(TEXT.as_bytes())?;
         fs::rename(new, folder.join(LOCK))?;
         Ok([whole, lock])
     }
@@ -108,21 +112,35 @@ mod unix {
         unsafe { libc::flock(file.as_raw_fd(), libc::LOCK_EX | libc::LOCK_NB) == 0 }
     }
 
-    /// Removes what others of this user have left. Nothing depends on it, so errors do not matter.
-    pub(super) fn remove_left() {
+    /// Removes what others of this user have left in this folder. Nothing depends on it, so errors do not matter.
+    pub(super) fn remove_left(place: &Path) {
         // SAFETY: a call without pointers.
         let own = unsafe { libc::geteuid() };
-        let Ok(entries) = fs::read_dir(env::temp_dir()) else { return };
+        let Ok(entries) = fs::read_dir(place) else { return };
         for entry in entries.flatten() {
-            let is_named = entry.file_name().as_encoded_bytes().starts_with(PREFIX.as_bytes());
             // Of the entry itself, not of what a link leads to.
-            let is_own =
-                is_named && entry.metadata().is_ok_and(|it| it.is_dir() && it.uid() == own);
-            let lock = is_own.then(|| File::open(entry.path().join(LOCK)).ok()).flatten();
+            let is_own = is_name(entry.file_name().as_encoded_bytes())
+                && entry.metadata().is_ok_and(|it| it.is_dir() && it.uid() == own);
+            let lock = is_own.then(|| lock_in(&entry.path())).flatten();
             if lock.is_some_and(|lock| take(&lock)) {
                 let _ = fs::remove_dir_all(entry.path());
             }
         }
+    }
+
+    /// Whether a folder of `tx_run` may have this name.
+    fn is_name(name: &[u8]) -> bool {
+        let random = name.strip_prefix(PREFIX.as_bytes()).unwrap_or_default();
+        random.len() == RANDOM && random.iter().all(u8::is_ascii_alphanumeric)
+    }
+
+    /// The file that is locked, if `tx_run` has written it. Opening a pipe would wait.
+    fn lock_in(folder: &Path) -> Option<File> {
+        let path = folder.join(LOCK);
+        fs::symlink_metadata(&path).ok().filter(|it| it.is_file())?;
+        let (lock, mut text) = (File::open(path).ok()?, String::new());
+        (&lock).take(TEXT.len() as u64 + 1).read_to_string(&mut text).ok()?;
+        (text == TEXT).then_some(lock)
     }
 }
 
@@ -138,5 +156,32 @@ mod tests {
         let BuildFolder { folder: _kept, _locks } = folder;
         drop(_locks);
         assert!(unix::take(&other));
+    }
+
+    #[test]
+    fn what_was_left_is_removed_and_no_folder_of_somebody_else() {
+        let place = tempfile::tempdir().unwrap();
+        let make = |name: &str| {
+            let folder = place.path().join(name);
+            fs::create_dir(&folder).unwrap();
+            folder
+        };
+        let left = make("tx_runleft01");
+        drop(unix::lock(&left).unwrap());
+        let living = make("tx_runliving");
+        let _locks = unix::lock(&living).unwrap();
+        let kept = [make("tx_run_programs"), make("tx_runlonger1"), make("tx_runs-own!")];
+        for folder in &kept {
+            drop(unix::lock(folder).unwrap());
+        }
+        let others = [make("tx_runother1"), make("tx_runother2"), make("tx_runother3")];
+        fs::write(others[0].join("lock"), "").unwrap();
+        fs::create_dir(others[1].join("lock")).unwrap();
+        std::os::unix::fs::symlink(kept[0].join("lock"), others[2].join("lock")).unwrap();
+        unix::remove_left(place.path());
+        assert!(!left.exists());
+        for folder in kept.iter().chain(&others).chain([&living]) {
+            assert!(folder.join("lock").exists(), "{}", folder.display());
+        }
     }
 }

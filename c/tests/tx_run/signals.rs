@@ -569,11 +569,8 @@ fn handles(process: u32, signal: i32) -> bool {
 #[test]
 fn a_second_signal_ends_the_wait_for_a_file() {
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
-    let left = folder.path().join("tx_run-left");
-    fs::create_dir(&left).unwrap();
-    make_pipe(&left.join("lock"));
-    let mut command = tx_run(&["--world", "none"]);
-    let run = Run::start(command.arg(program("motor.c")).env("TMPDIR", folder.path()));
+    make_pipe(&folder.path().join("a.o"));
+    let run = Run::start(tx_run(&["a.o", "--world", "none"]).current_dir(folder.path()));
     wait_until("it takes signals up", || handles(run.id(), libc::SIGTERM));
     assert_eq!(run.end_by(libc::SIGTERM).status, Some(1));
 }
