@@ -7,12 +7,20 @@ const VARIABLE: &str = "FT_TXT_HOST";
 /// The environment variable that chooses the exchange: `simple`, or else the one that the program uses.
 const MODE: &str = "FT_TXT_MODE";
 
+/// What is set where `tx_run` has started the program.
+const OF_TX_RUN: &str = "FT_TXT_TRANSFERS";
+
 /// What the kits' classes talk to when a program names nothing.
 const KITS_HOST: &str = "192.168.7.2";
 
 /// What `FT_TXT_HOST` says; `None` when it is not set.
 pub(crate) fn from_environment() -> Option<String> {
     variable(VARIABLE)
+}
+
+/// Whether `tx_run` has started the program. Then `FT_TXT_HOST` is the controller that it has said.
+pub(crate) fn is_of_tx_run() -> bool {
+    variable(OF_TX_RUN).is_some()
 }
 
 /// What an environment variable says; `None` when it is empty or not set.
@@ -67,6 +75,13 @@ fn with_port(host: &str, port: &str) -> String {
     }
 }
 
+/// Whether two texts are the same host and port.
+pub(crate) fn is_same(one: &str, other: &str) -> bool {
+    let usual = format!(":{PORT}");
+    let [one, other] = [one, other].map(|host| host.strip_suffix(&usual).unwrap_or(host));
+    one.eq_ignore_ascii_case(other)
+}
+
 /// The port of the camera: the one after that of the main connection.
 pub(crate) fn camera_port(host: &str) -> u16 {
     port_of(host).unwrap_or(PORT).saturating_add(1)
@@ -96,6 +111,12 @@ mod tests {
     fn a_main_port_that_leaves_no_room_for_the_others_is_refused() {
         assert!(handler("txt:65533").build().is_ok());
         assert!(handler("txt:65534").build().is_err());
+    }
+
+    #[test]
+    fn the_usual_port_makes_no_other_host() {
+        assert!(is_same("txt:65000", "TXT") && is_same("txt:7", "txt:7"));
+        assert!(!is_same("txt:7", "txt") && !is_same("txt", "other"));
     }
 
     #[test]

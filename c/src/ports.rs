@@ -5,6 +5,7 @@
 //! | `FT_TXT_PORTS="COM4=192.168.7.2, COM5=10.0.0.7:65000"` | those, first of all |
 //! | the same lines in a file `ft_txt_ports`, in the current folder or in the user's configuration folder | those, next, unless `FT_TXT_PORTS` has the entry `none` |
 //! | `FT_TXT_HOST`: a host, `HOST:PORT` or `auto` | for every other COM port |
+//! | a host in place of the port | itself; for programs of `tx_run` also `FT_TXT_HOST`, unless `FT_TXT_PORTS` names it |
 //! | nothing of these | `COM1` USB, `COM2` Wi-Fi, `COM3` Bluetooth, `COM4` the controller on this machine |
 //!
 //! So a controller's number depends on how it is connected, and on nothing else: it is the same at each start,
@@ -54,12 +55,18 @@ pub(crate) struct Ports {
     named: Vec<(u32, String)>,
     /// The host of all others.
     others: Option<String>,
+    /// Whether that is also the one of each host that a program names itself.
+    is_chosen: bool,
 }
 
 impl Ports {
     /// What the environment and the files say now.
     pub(crate) fn configured() -> Self {
-        let mut ports = Self { named: Vec::new(), others: host::from_environment() };
+        let mut ports = Self {
+            named: Vec::new(),
+            others: host::from_environment(),
+            is_chosen: host::is_of_tx_run(),
+        };
         let variable = host::variable("FT_TXT_PORTS").unwrap_or_default();
         ports.add("FT_TXT_PORTS", &variable);
         if entries(&variable).any(|entry| entry == NO_FILE) {
@@ -105,8 +112,17 @@ impl Ports {
         let name = name.trim();
         match number_of(name) {
             Some(number) => self.host(number),
-            None => Some(name.to_owned()),
+            None => Some(self.chosen_for(name).unwrap_or(name).to_owned()),
         }
+    }
+
+    /// The host that `tx_run` has chosen, when a program names another one, or the same, that is not the host of a named
+    /// port.
+    pub(crate) fn chosen_for(&self, name: &str) -> Option<&str> {
+        let name = name.trim();
+        let is_named = || self.named.iter().any(|(_, host)| host::is_same(host, name));
+        let is_replaced = self.is_chosen && number_of(name).is_none() && !is_named();
+        self.others.as_deref().filter(|_| is_replaced)
     }
 
     /// The ports as texts like `COM1 (ROBO TXT, USB)`. Named ones are listed whether they answer or not, and
@@ -244,6 +260,22 @@ mod tests {
         assert_eq!(ports.host(1).as_deref(), Some("127.0.0.1:4000"));
         assert_eq!(ports.host_of("COM2").as_deref(), Some("sorter"));
         assert_eq!(ports.list(Selection::All), ["COM1 (127.0.0.1:4000)", "COM2 (sorter)"]);
+    }
+
+    #[test]
+    fn a_host_in_a_program_of_tx_run_is_the_chosen_one_unless_it_is_that_of_a_named_port() {
+        let mut ports = ports("COM2=sorter");
+        ports.others = Some("127.0.0.1:4000".to_owned());
+        assert_eq!(ports.host_of("192.168.7.2").as_deref(), Some("192.168.7.2"));
+        ports.is_chosen = true;
+        for name in ["192.168.7.2", " auto ", "127.0.0.1:4000"] {
+            assert_eq!(ports.host_of(name).as_deref(), Some("127.0.0.1:4000"), "{name}");
+            assert!(ports.chosen_for(name).is_some(), "{name}");
+        }
+        assert_eq!(ports.host_of("Sorter:65000").as_deref(), Some("Sorter:65000"));
+        assert_eq!(ports.chosen_for("COM2"), None);
+        ports.others = None;
+        assert_eq!(ports.host_of("192.168.7.2").as_deref(), Some("192.168.7.2"));
     }
 
     #[test]

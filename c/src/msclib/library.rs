@@ -48,13 +48,22 @@ struct State {
     opening: Vec<String>,
     /// How many handles were given.
     handles: usize,
+    /// The host that the program has named, in place of which another one was chosen.
+    replaced: Option<String>,
     /// How many transfers were begun.
     sessions: u32,
 }
 
 impl State {
     const fn new() -> Self {
-        Self { callbacks: None, devices: Vec::new(), opening: Vec::new(), handles: 0, sessions: 0 }
+        Self {
+            callbacks: None,
+            devices: Vec::new(),
+            opening: Vec::new(),
+            handles: 0,
+            replaced: None,
+            sessions: 0,
+        }
     }
 
     fn callbacks(&self) -> Result<Arc<Callbacks>, u32> {
@@ -127,7 +136,11 @@ impl Library {
         if name.trim().is_empty() || name.len() > HOST_MAX {
             return Err(FTLIB_ERR_WRONG_HOSTNAME_LEN);
         }
-        let host = Ports::configured().host_of(name).ok_or_else(|| {
+        let ports = Ports::configured();
+        if let Some(chosen) = ports.chosen_for(name) {
+            self.replace(name.trim(), chosen)?;
+        }
+        let host = ports.host_of(name).ok_or_else(|| {
             log::error!("{name}: no controller is named for it; see FT_TXT_PORTS and FT_TXT_HOST");
             FTLIB_ERR_OPEN_COM
         })?;
@@ -152,6 +165,21 @@ impl Library {
         state.handles += 1;
         state.devices.push(device);
         Ok(handle as *mut c_void)
+    }
+
+    /// Takes note of a host in place of which another one was chosen. That is not done for two: a program with two
+    /// controllers must not drive one of them as both.
+    fn replace(&self, name: &str, chosen: &str) -> Result<(), u32> {
+        let mut state = self.state.lock();
+        let first = state.replaced.get_or_insert_with(|| name.to_owned());
+        if host::is_same(first, name) {
+            return Ok(());
+        }
+        log::error!(
+            "{name}: tx_run has given the program one controller, {chosen}, which is {first} for it; for several start \
+             tx_run without --host, --world and --show, and with FT_TXT_PORTS=\"COM4={first}, COM5={name}\""
+        );
+        Err(FTLIB_ERR_OPEN_COM)
     }
 
     /// Sees to it that a host is opened by one thread only.

@@ -193,3 +193,57 @@ fn com_ports_of_the_variable_count_without_a_named_controller_and_are_said() {
     assert_eq!(ended.status, Some(3), "{}", ended.err);
     assert!(ended.err.contains(&format!("FT_TXT_PORTS names {ports}\n")), "{}", ended.err);
 }
+
+/// Opens the controllers that its arguments name, and begins a transfer with each.
+const OPENS: &str = r#"
+#include <stdio.h>
+#include <windows.h>
+#include "ftMscLib.h"
+int main(int n, char **names)
+{
+    int i, opened = 0;
+    ftxInitLib();
+    for (i = 1; i < n; i++) {
+        DWORD error = 0;
+        HANDLE device = ftxOpenComDevice(names[i], 38400, &error);
+        opened += device != NULL && ftxStartTransferArea(device) == 0;
+    }
+    printf("%d opened\n", opened);
+    ftxCloseLib();
+    return 0;
+}
+"#;
+
+#[test]
+fn a_host_in_a_program_is_the_controller_that_was_named_or_one_of_the_variable() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("opens.c"), OPENS).unwrap();
+    let txts = [(); 3].map(|()| txt().start().unwrap());
+    let [chosen, one, two] = [0, 1, 2].map(|index| txts[index].address().to_string());
+    let run = |options: &[&str], hosts: &[&String], ports: &str| {
+        let mut command = tx_run(&["opens.c"]);
+        command.args(options).arg("--").args(hosts).env("FT_TXT_PORTS", ports);
+        Run::start(command.current_dir(folder.path())).end()
+    };
+    let commands =
+        || txts.each_ref().map(|txt| txt.with_machine(|it| it.commands().next().is_some()));
+    let to_chosen = ["--host", &*chosen];
+    for options in [&[][..], &to_chosen] {
+        let ended = run(options, &[&one], "");
+        ended.well();
+        assert_eq!(ended.out, "1 opened\n", "{}", ended.err);
+    }
+    assert_eq!(commands(), [true, false, false]);
+    // Not both as one.
+    let ended = run(&to_chosen, &[&one, &two], "");
+    assert_eq!(ended.out, "1 opened\n", "{}", ended.err);
+    let named = format!("FT_TXT_PORTS=\"COM4={one}, COM5={two}\"");
+    assert!(ended.err.contains(&named), "{}", ended.err);
+    assert_eq!(commands(), [true, false, false]);
+    let ended = run(&[], &[&one, &two], &format!("COM4={one}, COM5={two}"));
+    assert_eq!(ended.out, "2 opened\n", "{}", ended.err);
+    assert_eq!(commands(), [true; 3]);
+}

@@ -190,8 +190,8 @@ fn a_program_whose_notes_were_removed_is_stopped_where_tx_run_knows_the_controll
     let txt = txt().start().unwrap();
     let address = txt.address().to_string();
     let (ports, port) =
-        (format!("COM4={address} # the gate"), format!("-DPORT=\"{address}\" -DAFTER"));
-    // A controller that the program itself names is known when its transfer began before.
+        (format!("COM4={address} # the gate"), format!("-DHOST=\"{address}\" -DAFTER"));
+    // A controller that the program itself sets is known when its transfer began before.
     for (arguments, ports, flags) in [
         (&["--host", &*address][..], "", "-DBEFORE"),
         (&[], &ports, "-DBEFORE"),

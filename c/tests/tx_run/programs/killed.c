@@ -1,5 +1,6 @@
 /* A PC program: turns M1, and is killed, with GONE only when the controller has gone; with BECOMES it then becomes another
-   program. With BEFORE and AFTER it removes the folder of its notes before or after the transfer begins. */
+   program. With BEFORE and AFTER it removes the folder of its notes before or after the transfer begins, with HOST it
+   sets another controller. */
 #include <signal.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -7,10 +8,6 @@
 #include "ROBO_TX_FW.h"
 #include "ftMscLib.h"
 #include "ftErrCode.h"
-
-#ifndef PORT
-#define PORT "COM4"
-#endif
 
 static void remove_notes(void)
 {
@@ -23,11 +20,14 @@ int main(int argc, char *argv[])
     DWORD error = 0;
     HANDLE device;
 
+#ifdef HOST
+    setenv("FT_TXT_HOST", HOST, 1);
+#endif
     ftxInitLib();
 #ifdef BEFORE
     remove_notes();
 #endif
-    device = ftxOpenComDevice(PORT, 38400, &error);
+    device = ftxOpenComDevice("COM4", 38400, &error);
     if (device == NULL || ftxStartTransferArea(device) != FTLIB_ERR_SUCCESS)
         return 1;
     SetOutMotorValues(device, 0, 0, 300, 0);
