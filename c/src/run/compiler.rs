@@ -169,7 +169,7 @@ impl Compiler {
         if !key::is_known_compiler(program, &[options, &self.flags].concat()) {
             return Ok(None);
         }
-        let mut command = self.compile(None, &[]);
+        let mut command = self.compile(&[], None, &[]);
         self.add_source(&mut command, Path::new("-"));
         // Otherwise it names files that are new each time.
         command.args(["-c", "-save-temps=obj", "-o", "a.o"]);
@@ -185,11 +185,16 @@ impl Compiler {
         command
     }
 
-    /// A command that compiles a source, still without its headers' folders behind those of the program. Its quoted
-    /// includes are looked for in the first folder before all others.
-    pub(crate) fn compile(&self, quoted: Option<&Path>, folders: &[PathBuf]) -> Command {
+    /// A command that compiles a source with more options, before those of the user, and still without its headers' folders
+    /// behind those of the program. Its quoted includes are looked for in the first folder before all others.
+    pub(crate) fn compile(
+        &self,
+        more: &[&str],
+        quoted: Option<&Path>,
+        folders: &[PathBuf],
+    ) -> Command {
         let mut command = self.command();
-        command.args(&self.before);
+        command.args(&self.before).args(more);
         if let Some(folder) = quoted {
             command.arg("-iquote").arg(folder);
         }
@@ -217,7 +222,7 @@ impl Compiler {
 
     /// A command that makes an object of such a text.
     pub(crate) fn assemble(&self, text: &Path, object: &Path) -> Command {
-        let mut command = self.compile(None, &[]);
+        let mut command = self.compile(&[], None, &[]);
         if self.is_clang {
             // The options that count only for a source.
             command.arg("-Qunused-arguments");

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::headers::{Headers, COMMON};
 use crate::read;
-use crate::sources::{Include, Own, OwnFiles};
+use crate::sources::{without_comments, Include, Own, OwnFiles};
 
 /// What an include means, and whether a compiler finds it without our help.
 enum Meaning {
@@ -58,9 +58,20 @@ fn is_replaced(own: &Own, name: &str, headers: &Headers) -> bool {
     if name != COMMON {
         return true;
     }
-    let text = read::file(&own.file).unwrap_or_default();
-    let text = String::from_utf8_lossy(&text);
-    text.contains("typedef") && text.contains("UINT16")
+    let code = without_comments(&read::file(&own.file).unwrap_or_default());
+    defines(&String::from_utf8_lossy(&code), "UINT16")
+}
+
+/// Whether a `typedef` in this text defines the name, and does not only use it.
+fn defines(code: &str, name: &str) -> bool {
+    let is_in_name = |letter: char| letter.is_alphanumeric() || letter == '_';
+    // The first name is behind a type.
+    let is_name = |(number, part): (usize, &str)| {
+        let words: Vec<_> = part.split(|it| !is_in_name(it)).filter(|it| !it.is_empty()).collect();
+        words.last() == Some(&name) && (number > 0 || words.len() > 1)
+    };
+    let mut definitions = code.split(';').filter_map(|statement| statement.rsplit_once("typedef"));
+    definitions.any(|(_, names)| names.split(',').enumerate().any(is_name))
 }
 
 /// The files of a program in which includes say what they mean.
@@ -209,6 +220,26 @@ mod tests {
         fn passed_over(&self) -> Vec<&Path> {
             let folder = self.folder.path();
             self.copies.passed_over.iter().map(|file| file.strip_prefix(folder).unwrap()).collect()
+        }
+    }
+
+    #[test]
+    fn a_typedef_that_only_uses_a_name_does_not_define_it() {
+        for defining in [
+            "#ifndef U\ntypedef unsigned short UINT16;",
+            "typedef struct { int a; } b; typedef unsigned char UINT8 ; typedef unsigned short int UINT16 , *PUINT16;",
+            "typedef unsigned short *PUINT16, UINT16;",
+        ] {
+            assert!(defines(defining, "UINT16"), "{defining}");
+        }
+        for other in [
+            "typedef enum { CLOSED, OPEN } Gate; extern UINT16 presses;",
+            "typedef UINT16 Speed; UINT16 a;",
+            "typedef struct { UINT16 a, b; } Pair;",
+            "typedef unsigned short MYUINT16;",
+            "#define UINT16_MAX 3\n",
+        ] {
+            assert!(!defines(other, "UINT16"), "{other}");
         }
     }
 

@@ -19,13 +19,15 @@ pub(crate) enum Kind {
     FtTxtLib,
 }
 
+const KELIB: &str = "kelibtxtdl.h";
+
 /// The headers that show the kind, in lower case. The first that is included decides, so those that others
 /// bring along come last.
 const HEADERS: &[(&str, Kind)] = &[
     ("fttxtlib.h", Kind::FtTxtLib),
     ("ftprointerface2013transferareacomex2.h", Kind::FtTxtLib),
     ("ftprointerface2013transferareacomex1.h", Kind::FtTxtLib),
-    ("kelibtxtdl.h", Kind::KeLib),
+    (KELIB, Kind::KeLib),
     ("ftprointerface2013transferareacom.h", Kind::Kit),
     ("ftmsclibex.h", Kind::MscLib),
     ("ftmsclib.h", Kind::MscLib),
@@ -53,11 +55,14 @@ impl Kind {
     /// text of its files where two kits have the same names.
     pub(crate) fn of<'a>(
         included: impl Iterator<Item = &'a str> + Clone,
-        mut texts: impl Iterator<Item = &'a [u8]>,
+        mut texts: impl Iterator<Item = &'a [u8]> + Clone,
     ) -> Option<Self> {
-        let reported =
-            HEADERS.iter().find(|(header, _)| included.clone().any(|name| name == *header));
-        match reported?.1 {
+        let has = |header: &str| included.clone().any(|name| name == header);
+        match HEADERS.iter().find(|(header, _)| has(header))?.1 {
+            // It may include that of FtTxtLib only when something is defined.
+            Self::FtTxtLib if has(KELIB) && !texts.clone().any(is_for_ft_txt_lib) => {
+                Some(Self::KeLib)
+            }
             Self::Kit if texts.any(is_of_kit_4_6_6) => Some(Self::Kit466),
             kind => Some(kind),
         }
@@ -81,6 +86,11 @@ impl Kind {
             Self::FtTxtLib => &["fttxtlib"],
         }
     }
+}
+
+/// Whether its class is used.
+fn is_for_ft_txt_lib(text: &[u8]) -> bool {
+    String::from_utf8_lossy(text).contains("AreaComHandlerEx2")
 }
 
 fn is_of_kit_4_6_6(text: &[u8]) -> bool {
@@ -115,6 +125,17 @@ mod tests {
         assert_eq!((of(&ex2[..1]), of(&ex2)), (Some(Kind::Kit), Some(Kind::FtTxtLib)));
         assert_eq!(of(&["stdio.h"]), None);
     }
+
+    #[test]
+    fn a_program_with_two_headers_of_the_txt_is_for_the_one_that_is_used() {
+        let of = |text: &str| {
+            let names = ["fttxtlib.h", "kelibtxtdl.h"];
+            Kind::of(names.into_iter(), std::iter::once(text.as_bytes()))
+        };
+        assert_eq!(of("StartTxtDownloadProg();"), Some(Kind::KeLib));
+        assert_eq!(of("ftIF2013TransferAreaComHandlerEx2 com;"), Some(Kind::FtTxtLib));
+    }
+
     #[test]
     fn the_two_kits_with_one_header_are_told_apart_by_what_is_used() {
         let of = |text: &str| {

@@ -35,7 +35,7 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
         .map_err(|(file, error)| format!("{} can't be read: {error}", file.display()))?;
     language::choose(&mut inputs.sources, &own, options);
     let mut compilers = Compilers::find(&inputs, options)?;
-    let plan = Plan::new(&own, &compilers, build)?;
+    let mut plan = Plan::new(&own, &compilers, build)?;
     plan.tell_what_is_passed_over();
     let cache = Cache::of_user();
     let mut compiled = work::compile_all(&inputs.sources, &compilers, &plan, &cache)?;
@@ -43,6 +43,10 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
     let named = inputs.objects.iter().map(|object| (object.clone(), object.clone()));
     let all: Vec<_> = with_names.chain(named).collect();
     let entry = symbols::entry(&all, !inputs.archives.is_empty())?;
+    // Its text may not show it, as when the header comes by a macro.
+    if entry == Entry::PrgTic && plan.take_sign_of_char() {
+        compiled = work::compile_all(&inputs.sources, &compilers, &plan, &cache)?;
+    }
     let ours = Ours::of(entry, &inputs);
     if let Some(ours) = &ours {
         let path = build.join(ours.name);

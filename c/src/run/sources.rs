@@ -41,13 +41,15 @@ impl Include {
 #[derive(Debug, Default)]
 pub(crate) struct OwnFile {
     pub(crate) text: Vec<u8>,
+    /// The same with spaces in place of the comments that may be longer than a line.
+    pub(crate) code: Vec<u8>,
     pub(crate) includes: Vec<Include>,
 }
 
 impl OwnFile {
     /// Whether there may be includes that are not known, such as `#include MACRO` and one that goes on in the next line.
     pub(crate) fn has_more_includes(&self) -> bool {
-        let behind_marks = self.text.split(|byte| *byte == b'#').skip(1);
+        let behind_marks = self.code.split(|byte| *byte == b'#').skip(1);
         let is_include = |text: &&[u8]| text.trim_ascii_start().starts_with(b"include");
         behind_marks.filter(is_include).count() > self.includes.len()
     }
@@ -82,7 +84,8 @@ impl OwnFiles {
         // So a header that includes itself is read once.
         self.files.insert(file.to_owned(), OwnFile::default());
         let mut includes = Vec::new();
-        for (written, place, is_quoted) in includes_of(&text) {
+        let code = without_comments(&text);
+        for (written, place, is_quoted) in includes_of(&code) {
             let beside = if is_quoted { file.parent() } else { None };
             let own = self.listings.find(&written, beside, folders);
             let include = Include { written, place, own };
@@ -94,7 +97,7 @@ impl OwnFiles {
             }
             includes.push(include);
         }
-        self.files.insert(file.to_owned(), OwnFile { text, includes });
+        self.files.insert(file.to_owned(), OwnFile { text, code, includes });
     }
 
     /// The names of all headers that a source includes, directly or not.
@@ -196,8 +199,43 @@ fn without_detours(file: PathBuf) -> PathBuf {
     }
 }
 
-/// The names in `#include` lines, where they are, and whether they are quoted. A line in a comment counts, too:
-/// it does no harm.
+/// The text with spaces in place of all `/* */`, so that all else stays where it is.
+pub(crate) fn without_comments(text: &[u8]) -> Vec<u8> {
+    let mut code = text.to_owned();
+    let mut at = 0;
+    while at < text.len() {
+        at += match &text[at..] {
+            [b'/', b'*', rest @ ..] => {
+                let Some(end) = rest.windows(2).position(|it| it == b"*/") else { break };
+                let comment = &mut code[at..at + end + 4];
+                comment
+                    .iter_mut()
+                    .filter(|it| !matches!(it, b'\r' | b'\n'))
+                    .for_each(|it| *it = b' ');
+                comment.len()
+            }
+            [b'/', b'/', ..] => length_to(&text[at..], b'\n'),
+            [quote @ (b'"' | b'\''), rest @ ..] => 1 + length_to(rest, *quote),
+            _ => 1,
+        };
+    }
+    code
+}
+
+/// How long this is with the character that ends it, at most until the end of the line.
+fn length_to(text: &[u8], end: u8) -> usize {
+    let mut at = 0;
+    while let Some(byte) = text.get(at) {
+        at += match byte {
+            b'\\' => 2,
+            _ if *byte == end || *byte == b'\n' => return at + 1,
+            _ => 1,
+        };
+    }
+    text.len()
+}
+
+/// The names in `#include` lines, where they are, and whether they are quoted.
 fn includes_of(text: &[u8]) -> Vec<(String, Range<usize>, bool)> {
     let mut begin = 0;
     let mut found = Vec::new();
@@ -257,6 +295,18 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn what_is_in_a_comment_is_not_included() {
+        let text = "/* one */ #include \"a.h\"\n/*\n#include \"no.h\"\n*/\n// it's /* one\n#include <b.h>\n\
+                    char *s = \"\\\"/*\", c = '\"', d = '\\'';\n#include \"dir//*c.h\"\n/* no end\n#include <d.h>\n";
+        let code = without_comments(text.as_bytes());
+        assert_eq!(code.len(), text.len());
+        let found = includes_of(&code);
+        let names: Vec<&str> = found.iter().map(|(name, ..)| name.as_str()).collect();
+        assert_eq!(names, ["a.h", "b.h", "dir//*c.h", "d.h"]);
+        assert!(found.iter().all(|(name, place, _)| text[place.clone()].contains(name)));
+    }
+
+    #[test]
     fn includes_that_the_text_does_not_show_are_counted() {
         let has_more = |text: &str| {
             let folder = tempfile::tempdir().unwrap();
@@ -264,8 +314,8 @@ pub(crate) mod tests {
             let own = OwnFiles::read([&*source].into_iter(), &[]).unwrap();
             own.files[&source].has_more_includes()
         };
-        assert!(!has_more("#define include\n #  include <a.h>\n#include \"b.h\"\nint include;\n"));
-        for more in ["# include MACRO", "/* c */ #include \"c.h\"", "#include \\\n \"c.h\""] {
+        assert!(!has_more("/*\n#include <c.h>\n*/ #define include\n #  include <a.h>\n#include \"b.h\"\nint include;\n"));
+        for more in ["# include MACRO", "#include \\\n \"c.h\""] {
             assert!(has_more(&format!("#include \"b.h\"\n{more}\n")), "{more}");
         }
     }

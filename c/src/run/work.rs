@@ -28,6 +28,8 @@ pub(crate) struct Plan {
     pub(crate) kind: Option<Kind>,
     headers: Headers,
     copies: Copies,
+    /// Whether `char` has no sign, as on the controllers.
+    has_unsigned_char: bool,
 }
 
 impl Plan {
@@ -38,16 +40,17 @@ impl Plan {
         build: &Path,
     ) -> Result<Self, Sentence> {
         let names: Vec<String> = own.includes().map(Include::name).collect();
-        let texts = own.files.values().map(|file| file.text.as_slice());
+        let texts = own.files.values().map(|file| file.code.as_slice());
         let kind = Kind::of(names.iter().map(String::as_str), texts);
         let headers = Headers::write(kind.unwrap_or(Kind::Downloaded), build)?;
         let copies = Copies::write(own, &headers, &build.join("own"), &compilers.have_header())?;
-        Ok(Self { build: build.to_owned(), kind, headers, copies })
+        let has_unsigned_char = matches!(kind, Some(Kind::Downloaded | Kind::KeLib));
+        Ok(Self { build: build.to_owned(), kind, headers, copies, has_unsigned_char })
     }
 
-    /// Whether `char` has no sign, as on the controllers.
-    fn has_unsigned_char(&self) -> bool {
-        matches!(self.kind, Some(Kind::Downloaded | Kind::KeLib))
+    /// Has `char` no sign. Whether it had one before.
+    pub(crate) fn take_sign_of_char(&mut self) -> bool {
+        !std::mem::replace(&mut self.has_unsigned_char, true)
     }
 
     pub(crate) fn tell_what_is_passed_over(&self) {
@@ -194,7 +197,7 @@ impl Unit<'_> {
     }
 
     fn more_options(&self) -> &'static [&'static str] {
-        if self.plan.has_unsigned_char() {
+        if self.plan.has_unsigned_char {
             &["-funsigned-char"]
         } else {
             &[]
@@ -207,8 +210,7 @@ impl Unit<'_> {
         // Only then, because what the source includes looks there, too.
         let looks_beside = self.plan.copies.look_beside.contains(self.path());
         let quoted = looks_beside.then(|| folder_of(self.path()));
-        let mut command = self.compiler.compile(quoted, &headers.folders);
-        command.args(self.more_options());
+        let mut command = self.compiler.compile(self.more_options(), quoted, &headers.folders);
         if let Some(windows) = &headers.windows {
             command.arg("-I").arg(windows);
         }

@@ -381,6 +381,74 @@ fn a_pc_program_runs() {
     );
 }
 
+#[test]
+fn char_has_no_sign_in_a_program_with_prg_tic_however_it_gets_its_header() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let run = |begin: &str, flags: &str| {
+        let text = format!(
+            "{begin}\nvoid PrgInit(TA *p, int n) {{}}\nint PrgTic(TA *p, int n) {{ return (char)-1 == -1; }}\n"
+        );
+        write(folder.path(), "a.c", &text);
+        Run::start(tx_run(&["a.c"]).current_dir(folder.path()).env("CFLAGS", flags)).end()
+    };
+    for begin in [
+        "/*\n#include \"ftMscLib.h\"\n*/\n#include \"ROBO_TX_PRG.h\"",
+        "#ifdef PC\n#include \"ftMscLib.h\"\n#else\n#include \"ROBO_TX_PRG.h\"\n#endif",
+        "#define KIT \"ROBO_TX_PRG.h\"\n#include KIT",
+    ] {
+        run(begin, "").well();
+    }
+    run("#include \"ROBO_TX_PRG.h\"", "-fsigned-char").badly("PrgTic has returned the error 1");
+}
+
+#[test]
+fn a_header_that_is_not_compiled_does_not_tell_the_kind() {
+    if !has_compiler() {
+        return;
+    }
+    let pc = "/*\n#include \"KeLibTxtDl.h\"\n*/\n#include \"ftMscLib.h\"\nint main(void) { int class = 0; return class; }\n";
+    let txt = "#ifdef ELSEWHERE\n#include \"FtTxtLib.h\"\n#endif\n#include \"KeLibTxtDl.h\"\n\
+               int main() { return sizeof(FISH_X1_TRANSFER) - 1024; }\n";
+    for (name, text, kind) in
+        [("a.c", pc, "a PC program for ftMscLib"), ("a.cpp", txt, "a program for the TXT itself")]
+    {
+        let ended = run(&[(name, text)], &[name]);
+        ended.well();
+        assert!(ended.err.contains(kind), "{}", ended.err);
+    }
+}
+
+#[test]
+fn an_own_header_is_no_copy_of_a_kits_because_it_uses_an_integer() {
+    if !has_compiler() {
+        return;
+    }
+    let own = "typedef enum { CLOSED, OPEN } Gate;\nextern UINT16 presses;\n#define CODE 0\n";
+    let main = "#include \"ROBO_TX_PRG.h\"\n#include \"common.h\"\nUINT16 presses;\nGate gate;\n\
+                void PrgInit(TA *p, int n) {}\nint PrgTic(TA *p, int n) { return CODE; }\n";
+    run(&[("a.c", main), ("common.h", own)], &["a.c"]).well();
+}
+
+#[cfg(unix)]
+#[test]
+fn options_in_variables_need_not_be_utf_8() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "a.c", "int main(void) { return CODE; }\n");
+    let mut command = tx_run(&["a.c"]);
+    command.env("CFLAGS", OsStr::from_bytes(b"-Ik\xf6rbe -DCODE=7"));
+    command.env("LDFLAGS", OsStr::from_bytes(b"-Lk\xf6rbe"));
+    let ended = Run::start(command.current_dir(folder.path())).end();
+    assert_eq!(ended.status, Some(7), "{}", ended.err);
+}
+
 #[cfg(unix)]
 #[test]
 fn zig_is_the_compiler_of_those_who_have_no_other() {
