@@ -25,7 +25,8 @@ pub(crate) fn is_of_tx_run() -> bool {
 
 /// What an environment variable says; `None` when it is empty or not set.
 pub(crate) fn variable(name: &str) -> Option<String> {
-    let value = std::env::var(name).ok()?;
+    // A host that is not UTF-8 is found nowhere: without it, another controller would be driven.
+    let value = std::env::var_os(name)?.to_string_lossy().into_owned();
     Some(value.trim().to_owned()).filter(|value| !value.is_empty())
 }
 

@@ -47,8 +47,9 @@ const LOOK: Duration = Duration::from_millis(10);
 /// The COM ports that the user has named for this start; none when the options say which controller it is.
 pub(crate) fn named_ports(options: &Options) -> String {
     let is_said = options.host.is_some() || options.world.is_some() || options.show;
-    let named = env::var(PORTS).ok().filter(|_| !is_said);
-    named.unwrap_or_default().trim().to_owned()
+    let named = env::var_os(PORTS).filter(|_| !is_said).unwrap_or_default();
+    // A comment may be in another encoding.
+    named.to_string_lossy().trim().to_owned()
 }
 
 /// The hosts that such a text names.

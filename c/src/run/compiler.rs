@@ -87,9 +87,33 @@ impl Language {
     }
 }
 
-/// The words of an environment variable with options.
+/// The words of an environment variable with options. They may have paths that are not UTF-8.
 pub(crate) fn words_of(variable: &str) -> Vec<OsString> {
-    env::var(variable).unwrap_or_default().split_whitespace().map(Into::into).collect()
+    words_in(&env::var_os(variable).unwrap_or_default())
+}
+
+#[cfg(unix)]
+fn words_in(text: &OsStr) -> Vec<OsString> {
+    use std::os::unix::ffi::OsStrExt;
+    let words = text.as_bytes().split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    words.map(|word| OsStr::from_bytes(word).to_owned()).collect()
+}
+
+#[cfg(not(unix))]
+fn words_in(text: &OsStr) -> Vec<OsString> {
+    text.to_string_lossy().split_whitespace().map(Into::into).collect()
+}
+
+/// What follows an option in its word.
+#[cfg(unix)]
+fn behind<'a>(word: &'a OsStr, option: &str) -> Option<&'a OsStr> {
+    use std::os::unix::ffi::OsStrExt;
+    word.as_bytes().strip_prefix(option.as_bytes()).map(OsStr::from_bytes)
+}
+
+#[cfg(not(unix))]
+fn behind<'a>(word: &'a OsStr, option: &str) -> Option<&'a OsStr> {
+    word.to_str()?.strip_prefix(option).map(OsStr::new)
 }
 
 /// The words of a command. The program may have spaces in its path if it is there, as in
@@ -255,10 +279,11 @@ pub(crate) fn include_folders(options: &Options) -> Vec<PathBuf> {
     for language in [Language::C, Language::Cpp] {
         let words = words_of(language.variables()[1]);
         for (index, word) in words.iter().enumerate() {
-            let word = word.to_string_lossy();
             for option in ["-I", "-iquote", "-isystem"] {
-                match word.strip_prefix(option) {
-                    Some("") => folders.extend(words.get(index + 1).map(Into::into)),
+                match behind(word, option) {
+                    Some(rest) if rest.is_empty() => {
+                        folders.extend(words.get(index + 1).map(Into::into))
+                    }
                     Some(folder) => folders.push(folder.into()),
                     None => {}
                 }
@@ -374,5 +399,15 @@ mod tests {
         }
         assert_eq!(command_words(" no such  cc"), ["no", "such", "cc"]);
         assert_eq!(command_words(" "), [""; 0]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn words_of_variables_need_not_be_utf_8() {
+        use std::os::unix::ffi::OsStrExt;
+        let words = words_in(OsStr::from_bytes(b" -w\n -Ik\xf6rbe\t"));
+        assert_eq!(words, ["-w".as_ref(), OsStr::from_bytes(b"-Ik\xf6rbe")]);
+        assert_eq!(behind(&words[1], "-I"), Some(OsStr::from_bytes(b"k\xf6rbe")));
+        assert_eq!(behind(&words[0], "-I"), None);
     }
 }

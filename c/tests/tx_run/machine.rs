@@ -247,3 +247,21 @@ fn a_host_in_a_program_is_the_controller_that_was_named_or_one_of_the_variable()
     assert_eq!(ended.out, "2 opened\n", "{}", ended.err);
     assert_eq!(commands(), [true; 3]);
 }
+
+#[cfg(unix)]
+#[test]
+fn com_ports_of_the_variable_count_also_with_a_comment_that_is_not_utf_8() {
+    use std::os::unix::ffi::OsStringExt;
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let ports = [format!("COM4={} # F", txt.address()).as_bytes(), b"\xf6rderband"].concat();
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("opens.c"), OPENS).unwrap();
+    let mut command = tx_run(&["opens.c", "--", "COM4"]);
+    command.env("FT_TXT_PORTS", std::ffi::OsString::from_vec(ports));
+    let ended = Run::start(command.current_dir(folder.path())).end();
+    assert_eq!(ended.out, "1 opened\n", "{}", ended.err);
+    assert!(txt.with_machine(|machine| machine.commands().next().is_some()));
+}
