@@ -52,8 +52,8 @@ pub(crate) fn link(
         let beside = inputs.archives.iter().map(|archive| folder_of(archive));
         let folders = options.library_folders.iter().map(PathBuf::as_path).chain(beside);
         for folder in [own].into_iter().chain(folders) {
-            let folder = std::path::absolute(folder)?;
-            command.arg(joined("-Wl,-rpath,", folder.as_os_str()));
+            // Behind `-Wl` a comma would be the end of the path.
+            command.args(["-Xlinker", "-rpath", "-Xlinker"]).arg(std::path::absolute(folder)?);
         }
     }
     command.args(["-lm", "-lpthread", "-o"]).arg(path);

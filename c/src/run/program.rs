@@ -38,14 +38,14 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
     let mut plan = Plan::new(&own, &compilers, build)?;
     plan.tell_what_is_passed_over();
     let cache = Cache::of_user();
-    let mut compiled = work::compile_all(&inputs.sources, &compilers, &plan, &cache)?;
+    let mut compiled = work::compile_all(&inputs.sources, 0, &compilers, &plan, &cache)?;
     let with_names = inputs.sources.iter().map(|source| source.path.clone()).zip(compiled.clone());
     let named = inputs.objects.iter().map(|object| (object.clone(), object.clone()));
     let all: Vec<_> = with_names.chain(named).collect();
     let entry = symbols::entry(&all, !inputs.archives.is_empty())?;
     // Its text may not show it, as when the header comes by a macro.
     if entry == Entry::PrgTic && plan.take_sign_of_char() {
-        compiled = work::compile_all(&inputs.sources, &compilers, &plan, &cache)?;
+        compiled = work::compile_all(&inputs.sources, 0, &compilers, &plan, &cache)?;
     }
     let ours = Ours::of(entry, &inputs);
     if let Some(ours) = &ours {
@@ -53,7 +53,13 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
         fs::write(&path, ours.text)?;
         compilers.need(ours.language, options)?;
         let source = [Source { path, language: ours.language }];
-        compiled.extend(work::compile_all(&source, &compilers, &plan, &cache)?);
+        compiled.extend(work::compile_all(
+            &source,
+            inputs.sources.len(),
+            &compilers,
+            &plan,
+            &cache,
+        )?);
     }
     let folder = build.join("program");
     fs::create_dir(&folder)?;

@@ -158,6 +158,9 @@ mod unix {
     /// From now on signals do not end this process. One that it was started to ignore, as by `nohup`, the program
     /// ignores, too.
     pub(crate) fn take_up() -> io::Result<()> {
+        // Where who started this process ignores the ends of children, nobody could wait for them.
+        // SAFETY: no handler is set.
+        unsafe { libc::signal(libc::SIGCHLD, libc::SIG_DFL) };
         let ends: Vec<_> = ENDS.into_iter().filter(|signal| !is_ignored(*signal)).collect();
         for signal in &ends {
             flag::register_usize(*signal, Arc::clone(&LAST), *signal as usize)?;

@@ -62,17 +62,19 @@ impl Plan {
     }
 }
 
-/// Compiles sources; returns the compiled files in their order. After one that does not compile no other is begun.
+/// Compiles sources; returns the compiled files in their order, whose names have numbers from `first` on. After one that
+/// does not compile no other is begun.
 pub(crate) fn compile_all(
     sources: &[Source],
+    first: usize,
     compilers: &Compilers,
     plan: &Plan,
     cache: &Cache,
 ) -> Result<Vec<PathBuf>, Sentence> {
     let objects: Vec<PathBuf> = sources
         .iter()
-        .enumerate()
-        .map(|(number, source)| {
+        .zip(first..)
+        .map(|(source, number)| {
             let name = source.path.file_stem().unwrap_or_default().to_string_lossy();
             plan.build.join(format!("{number}_{name}.o"))
         })

@@ -564,6 +564,19 @@ fn handles(process: u32, signal: i32) -> bool {
     u64::from_str_radix(handled.trim(), 16).unwrap() >> (signal - 1) & 1 == 1
 }
 
+/// As by a program that does not want to wait for what it starts.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_runs_where_the_ends_of_children_are_ignored() {
+    if !has_compiler() {
+        return;
+    }
+    let mut command = Command::new("env");
+    command.arg("--ignore-signal=CHLD").arg(env!("CARGO_BIN_EXE_tx_run"));
+    command.arg(program("ends.c")).env("XDG_CACHE_HOME", cache()).env("CFLAGS", "-w -DCODE=0");
+    Run::start(&mut command).end().well();
+}
+
 /// It never comes from a pipe, and may not from a folder in the network.
 #[cfg(target_os = "linux")]
 #[test]

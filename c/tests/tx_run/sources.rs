@@ -484,3 +484,24 @@ fn a_name_that_looks_like_an_option_is_a_name() {
         Run::start(tx_run(arguments).current_dir(folder.path())).end().well();
     }
 }
+
+#[test]
+fn sources_may_have_the_names_of_those_that_tx_run_adds() {
+    if !has_compiler() {
+        return;
+    }
+    let main = "int other(void);\nint main(void) { return other(); }\n";
+    let other = "int other(void) { return 0; }\n";
+    run(&[("end_first.c", other), ("main.c", main)], &["end_first.c", "main.c"]).well();
+    let tic = "#include \"ROBO_TX_PRG.h\"\nvoid PrgInit(TA *p, int n) {}\n\
+               int other(void);\nint PrgTic(TA *p, int n) { return other(); }\n";
+    run(&[("tx_main.c", other), ("tic.c", tic)], &["tx_main.c", "tic.c"]).well();
+}
+
+#[test]
+fn a_folder_for_libraries_may_have_a_comma_in_its_name() {
+    if !has_compiler() {
+        return;
+    }
+    run(&[("a.c", "int main(void) { return 0; }\n")], &["a.c", "-L", "left,right"]).well();
+}
