@@ -156,6 +156,25 @@ impl Asked {
     }
 }
 
+/// Learns how children end, also where who has started this process ignores that: with a handler, the system keeps it.
+/// Otherwise there is none, because it interrupts threads that wait.
+pub(crate) fn wait_for_children() {
+    #[cfg(target_os = "linux")]
+    if ignores(Signal::SIGCHLD) {
+        if let Err(error) = signal_hook::flag::register(Signal::SIGCHLD as i32, Arc::default()) {
+            log::warn!("the end of a program may not be seen: {error}");
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn ignores(signal: Signal) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|bits| u64::from_str_radix(bits.trim(), 16).ok());
+    ignored.is_some_and(|bits| bits >> (signal as i32 - 1) & 1 == 1)
+}
+
 /// A limit for the size of files (`ulimit -f`) makes an error of a write, not the end of a program that drives. All
 /// threads take this over from the first one.
 pub(crate) fn outlive_full_files() {

@@ -100,6 +100,7 @@ fn main() -> ExitCode {
     let mut logger = env_logger::Builder::from_env(Env::default().default_filter_or(LOG));
     logger.target(Target::Pipe(Box::new(lines::Log::new(asked)))).init();
     interrupt::outlive_full_files();
+    interrupt::wait_for_children();
     if std::env::args_os().len() == 1 {
         if start::is_double_click() {
             return ended(start::run(start::Args::default()));

@@ -31,6 +31,21 @@ fn it_gets_the_address_and_gives_its_exit_status() {
     assert!(shell(&txt, "exit 0").status().unwrap().success());
 }
 
+/// As by a program that does not want to wait for what it starts.
+#[cfg(target_os = "linux")]
+#[test]
+fn its_exit_status_is_seen_where_the_ends_of_children_are_ignored() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let script =
+        r#"exec env --ignore-signal=CHLD "$TXT" watch "$0" --port 0 --no-page -- sh -c 'exit 7'"#;
+    let output = Command::new("sh")
+        .args(["-c", script, &txt.address().to_string()])
+        .env("TXT", env!("CARGO_BIN_EXE_txt"))
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(7), "{}", said(&output));
+}
+
 /// Else a file with COM ports would lead a C program past `txt watch`, which could not stop what it leaves on.
 #[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
 #[test]
