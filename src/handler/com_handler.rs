@@ -167,7 +167,7 @@ impl TransferAreaComHandler {
         self.thread.start(number, || {
             if let Err(stop) = shared.run(config_updates) {
                 // A motor may be on since the transfer before.
-                let left = link.leave(areas);
+                let left = link.leave(areas.len());
                 return stop.result().and(left).and(Err(Error::NotStarted));
             }
             let of_thread = Arc::clone(shared);

@@ -20,16 +20,18 @@ pub(crate) struct Link {
 }
 
 impl Link {
-    /// Stops motors and sounds with an exchange, whatever the areas say, and ends online mode. Without the exchange,
-    /// the controller keeps the outputs of the session before.
-    pub(crate) fn leave(mut self, mut areas: Vec<Outgoing>) -> Result<(), Error> {
+    /// Stops motors and sounds with exchanges that do nothing else, whatever the areas say, and ends online mode.
+    /// Without them, the controller keeps the outputs of the session before.
+    pub(crate) fn leave(mut self, areas: usize) -> Result<(), Error> {
         let Self { client, exchange } = &mut self;
-        for area in &mut areas {
-            area.output.stop_motors();
-            area.txt_outputs.sound_index = 0;
-        }
+        let mut stopped = Outgoing::default();
+        stopped.output.stop_motors();
         exchange.end_sounds();
-        client.exchange(exchange, &areas)?;
+        let stopped = vec![stopped; areas];
+        // The first response says which extensions there are.
+        for _ in 0..areas.min(2) {
+            client.exchange(exchange, &stopped)?;
+        }
         client.stop_online()
     }
 }

@@ -68,7 +68,7 @@ impl TransferThread<'_> {
             self.shared.wait_for_step(self.cycle.areas_mut());
         }
         if self.shared.stop().is_some() {
-            link.leave(self.shared.outgoing())?;
+            link.leave(self.cycle.areas_mut().len())?;
             return Ok(None);
         }
         let Settings { network, camera_port, .. } = self.settings;

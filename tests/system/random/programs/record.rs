@@ -5,7 +5,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::ThreadId;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::tx::{Counter, Motor};
+use ft_transfer_area::tx::{Counter, Motor, SILENCE};
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
 use ft_transfer_area::{Error, TimedEvent};
 use ft_transfer_area_simulator::Machine;
@@ -173,6 +173,15 @@ impl Exchange {
     pub(crate) fn is_off(&self) -> bool {
         let all = std::iter::once(&self.master).chain(&self.extension);
         all.flat_map(|controller| controller.duty).all(|duty| duty == 0)
+    }
+
+    /// Whether it gives no command but to stop.
+    pub(crate) fn only_stops(&self) -> bool {
+        let ExchangeData { motor_command_id, counter_reset_id, distance, sound_index, .. } =
+            self.master;
+        let orders = motor_command_id.into_iter().any(|id| id > 1)
+            || counter_reset_id.into_iter().chain(distance).any(|order| order > 0);
+        self.is_off() && !orders && sound_index == SILENCE
     }
 
     /// The number in the duties; 0 if they are 0. The whole exchange if they are torn.

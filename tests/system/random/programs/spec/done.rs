@@ -105,7 +105,7 @@ fn reset_again(case: &Case<'_>) -> Vec<String> {
     if case.setup.lock_step {
         return breaches;
     }
-    let connections: Vec<_> = case.connections().collect();
+    let connections: Vec<_> = case.transfers().collect();
     for pair in connections.windows(2) {
         let (last, again) = (&pair[0][pair[0].len() - 1], pair[1][0].at);
         for (counter, id) in last.master.counter_reset_id.into_iter().enumerate() {
@@ -138,7 +138,7 @@ fn done_at(case: &Case<'_>, looked_for: usize, id: u16) -> Option<Instant> {
 /// A distance or a sound from before an end or a gap that is driven or played after it.
 fn again(case: &Case<'_>) -> Vec<String> {
     let mut breaches = Vec::new();
-    let connections: Vec<_> = case.connections().collect();
+    let connections: Vec<_> = case.transfers().collect();
     for pair in connections.windows(2) {
         let Some(lost) = last_before_stop(pair[0]) else { continue };
         for exchange in pair[1] {

@@ -55,6 +55,11 @@ impl<'a> Case<'a> {
         self.trace.exchanges.chunk_by(|one, next| one.connection == next.connection)
     }
 
+    /// The same without those on which a transfer was ended before it ran, which only stop what the session before left.
+    fn transfers(&self) -> impl DoubleEndedIterator<Item = &'a [Exchange]> {
+        self.connections().filter(|connection| !connection.iter().all(Exchange::only_stops))
+    }
+
     /// The guard that has written these duties; `None` for duties 0.
     fn writer(&self, tag: u64) -> Option<&'a Hold> {
         if tag == 0 {

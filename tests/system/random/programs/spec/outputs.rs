@@ -77,7 +77,7 @@ pub(super) fn in_order(case: &Case<'_>) -> Vec<String> {
 /// by a handle that knew of it.
 pub(super) fn not_before_interruptions(case: &Case<'_>) -> Vec<String> {
     let mut breaches = Vec::new();
-    let connections: Vec<_> = case.connections().collect();
+    let connections: Vec<_> = case.transfers().collect();
     for pair in connections.windows(2) {
         let [before, after] = [pair[0], pair[1]];
         let Some(lost) = last_before_stop(before) else { continue };

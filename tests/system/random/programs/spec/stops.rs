@@ -114,12 +114,12 @@ pub(super) fn ends(case: &Case<'_>) -> Vec<String> {
                 ));
             }
         }
-        let before = case.connections().rfind(|connection| connection[0].at < call.start);
-        let Some(last) = before.and_then(|connection| connection.last()) else { continue };
-        // In a gap it returns Ok, too, and the controller has stopped by itself.
-        let whole = case.setup.reconnect_ms.is_none();
-        if whole && call.result.is_ok() && !last.is_off() && !begun_between(case, last.at, call.end)
-        {
+        let before = case.connections().rfind(|connection| connection[0].at < call.end);
+        let last = before.and_then(|before| before.iter().rfind(|exchange| exchange.at < call.end));
+        let Some(last) = last else { continue };
+        // Another thread may have begun the next transfer meanwhile.
+        let begun = begun_between(case, last.at.min(call.start), call.end);
+        if call.result.is_ok() && !last.is_off() && !begun {
             breaches.push(format!(
                 "end_transfer returned Ok at {}, but the last request at {} has a duty",
                 case.at(call.end),
