@@ -2,7 +2,6 @@
 
 use std::fs;
 use std::path::Path;
-use std::time::Duration;
 
 use ft_transfer_area::TransferAreaComHandler;
 use ft_transfer_area_recorder::{Options, Recorder};
@@ -31,7 +30,8 @@ fn recordings() -> (TempDir, String, String) {
 }
 
 fn record(path: &Path) {
-    let txt = SimulatedTxt::builder().pace(Duration::from_millis(5)).start().unwrap();
+    // By the clock, motors would turn on while more is recorded, as the time of the cycles does not.
+    let txt = SimulatedTxt::builder().lock_step().start().unwrap();
     let handler = handler(txt.port());
     let recorder = Recorder::start(&handler, path, Options::default().capacity(5000)).unwrap();
     handler.begin_transfer().unwrap();

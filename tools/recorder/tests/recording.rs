@@ -106,6 +106,12 @@ fn a_recording_in_parts_has_each_cycle_once_and_each_part_begins_with_the_contro
         assert!(last_end.is_none_or(|end| started > end), "{file:?}");
         let (entries, is_cut_off) = read(file).unwrap();
         assert!(!is_cut_off);
+        let cycles = cycles(&entries);
+        let Some(first) = cycles.first() else {
+            // The transfer ended when it had just begun, or began later on a busy computer.
+            assert!(numbers.is_empty() || Some(file) == files.last(), "{entries:?}");
+            continue;
+        };
         let Transfer::Began { device_name, firmware, address, areas } = transfers(&entries)[0]
         else {
             panic!("{entries:?}");
@@ -113,13 +119,7 @@ fn a_recording_in_parts_has_each_cycle_once_and_each_part_begins_with_the_contro
         // Several simulated controllers have one address.
         assert_eq!(*address, txt.address().to_string());
         assert_eq!((&**device_name, &**firmware, *areas), ("Night", "4.7.0", 1));
-        let cycles = cycles(&entries);
-        let Some(first) = cycles.first() else {
-            // The transfer ended when it had just begun.
-            assert_eq!(Some(file), files.last(), "{entries:?}");
-            continue;
-        };
-        assert_eq!(first.first, file == &files[0], "{file:?}");
+        assert_eq!(first.first, numbers.is_empty(), "{file:?}");
         assert_eq!(first.areas[0].config.motor[0], 1, "the configuration is there");
         numbers.extend(cycles.iter().map(|cycle| cycle.number));
         let of_cycle = |entry: &&Entry| matches!(entry.what, Recorded::Cycle(_));
