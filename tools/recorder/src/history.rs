@@ -80,7 +80,7 @@ pub struct Follow {
     lost: Arc<AtomicU64>,
     /// What the recorder ends when the program leaves without its `finish`.
     transfer: Option<TransferAreas>,
-    _is_there: Arc<()>,
+    is_there: Arc<()>,
 }
 
 /// The way to a recorder. What waits in it is bounded by the room of the history.
@@ -254,7 +254,7 @@ impl History {
         self.followed = Arc::downgrade(&is_there);
         let before = self.before.clone();
         let transfer = self.transfer.clone();
-        Follow { before, since, kept, waiting, lost, transfer, _is_there: is_there }
+        Follow { before, since, kept, waiting, lost, transfer, is_there }
     }
 
     /// Nothing more comes for the recorder: it records what it has got, and ends.
@@ -315,6 +315,11 @@ impl Follow {
 
     pub(crate) fn take_transfer(&mut self) -> Option<TransferAreas> {
         self.transfer.take()
+    }
+
+    /// Alive as long as the recorder or its thread.
+    pub(crate) fn is_there(&self) -> Arc<()> {
+        Arc::clone(&self.is_there)
     }
 
     /// What a file that begins then has to begin with.

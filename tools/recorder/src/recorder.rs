@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TryRecvError};
+use crossbeam_channel::{bounded, unbounded, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use ft_transfer_area::{
     CameraFrame, CycleLog, EventKind, Events, IoError, LogEntry, LoggedCycle, TimedEvent,
     TransferAreaComHandler, TransferAreas,
@@ -122,12 +122,29 @@ pub struct Recorder {
     state: Arc<State>,
     /// What to end when the program leaves without `finish`.
     transfer: Option<TransferAreas>,
-    /// Dropped to end the thread.
-    stop: Option<Sender<()>>,
+    /// To the thread; dropped to end it.
+    renames: Option<Sender<Rename>>,
+    renaming: Option<Renaming>,
     /// Has an end when the thread has ended.
     ended: Receiver<()>,
     thread: Option<JoinHandle<()>>,
     frames: FrameSink,
+}
+
+/// The name that the thread is to give the file.
+struct Rename {
+    to: PathBuf,
+    /// Nobody waits for it any more then.
+    until: Instant,
+    done: Sender<io::Result<()>>,
+}
+
+/// What the program knows of it.
+#[derive(Debug)]
+struct Renaming {
+    to: PathBuf,
+    until: Instant,
+    done: Receiver<io::Result<()>>,
 }
 
 /// Takes the camera's pictures into a recording. Cheap to clone, for the thread that gets them.
@@ -260,14 +277,14 @@ impl Recorder {
         limit: Duration,
     ) -> Result<Self, Error> {
         let (sender, frames) = bounded(FRAMES);
-        let (stop, stopped) = bounded(0);
+        let (rename, renames) = unbounded();
         let state = Arc::new(State { path: Mutex::new(path.clone()), ..State::default() });
         let within = source.within();
         let begin_at = within.as_ref().map_or_else(Instant::now, |(since, _)| *since);
         let worker = Worker {
             source,
             frames,
-            stopped,
+            renames,
             state: Arc::clone(&state),
             flushed: begin_at,
             reported: begin_at,
@@ -275,18 +292,21 @@ impl Recorder {
         let (begin, begun) = bounded(1);
         let (hand, handed) = bounded(1);
         let (end, ended) = bounded(0);
+        let follows = worker.source.follows();
         let work = {
             let path = path.clone();
             move || {
                 // Dropped at the end, whatever happens.
                 let _end: Sender<()> = end;
+                let _follows = follows;
                 block_size_signal();
                 // Both fail when nobody waits for it any more.
                 match Target::create(path, parts, within) {
                     Ok(target) => {
                         let _ = begin.send(Ok(target.newest().to_owned()));
-                        if let Ok(worker) = handed.recv() {
-                            Worker::run(worker, target);
+                        match handed.recv() {
+                            Ok(worker) => Worker::run(worker, target),
+                            Err(_) => target.discard(),
                         }
                     }
                     Err(error) => drop(begin.send(Err(error))),
@@ -308,10 +328,18 @@ impl Recorder {
             hand.send(worker).map(|()| file).map_err(|_| panicked())
         });
         let path = begun.map_err(|cause| Error::Write { path, cause, cycles: 0 })?;
-        let (stop, thread) = (Some(stop), Some(thread));
         let frames = FrameSink { sender, state: Arc::clone(&state) };
-        let is_in_parts = parts.is_some();
-        Ok(Self { path, is_in_parts, state, transfer: None, stop, ended, thread, frames })
+        Ok(Self {
+            path,
+            is_in_parts: parts.is_some(),
+            state,
+            transfer: None,
+            renames: Some(rename),
+            renaming: None,
+            ended,
+            thread: Some(thread),
+            frames,
+        })
     }
 
     /// The file; of a recording in parts the first one.
@@ -326,26 +354,69 @@ impl Recorder {
 
     /// Gives the file another name while it is recorded, in place of a file that has this name already: so a program
     /// can record beside an earlier recording, and replace it when its transfer has begun. Both names have to be on
-    /// the same disk.
+    /// the same disk. Blocks until what has come in so far is written and the file has the name, for 5 s at most.
     ///
     /// # Errors
     ///
-    /// Another recording is being written into the file that has the name, the operating system refuses it, or this is
-    /// a recording in parts. The recording goes on under the name that it had.
+    /// Another recording is being written into the file that has the name, the operating system refuses it, the disk
+    /// takes nothing in these 5 s, nothing more is recorded because of an [`error`](Self::error), or this is a
+    /// recording in parts. The recording goes on under the name that it had.
     pub fn rename(&mut self, path: impl AsRef<Path>) -> Result<(), Error> {
-        let path = path.as_ref().to_owned();
+        self.begin_rename(path)?;
+        self.renamed(Duration::MAX).unwrap_or(Ok(()))
+    }
+
+    /// The same without waiting: [`renamed`](Self::renamed) says when it is done.
+    ///
+    /// # Errors
+    ///
+    /// This is a recording in parts.
+    pub fn begin_rename(&mut self, path: impl AsRef<Path>) -> Result<(), Error> {
+        self.begin_rename_within(path.as_ref(), DISK_LIMIT)
+    }
+
+    fn begin_rename_within(&mut self, path: &Path, limit: Duration) -> Result<(), Error> {
+        let to = path.to_owned();
         if self.is_in_parts {
             let cause = io::Error::new(io::ErrorKind::InvalidInput, "parts keep their names");
-            return Err(Error::Write { path, cause: cause.into(), cycles: 0 });
+            return Err(Error::Write { path: to, cause: cause.into(), cycles: 0 });
         }
-        match file::rename(&self.path, &path) {
-            Ok(()) => {
-                self.state.set_path(&path);
+        let until = Instant::now() + limit;
+        let (sender, done) = bounded(1);
+        if let Some(renames) = &self.renames {
+            // Without a thread, the end of the other one says so.
+            let _ = renames.send(Rename { to: to.clone(), until, done: sender });
+        }
+        self.renaming = Some(Renaming { to, until, done });
+        Ok(())
+    }
+
+    /// Whether the file has the name of the last [`begin_rename`](Self::begin_rename), for which it waits so long here.
+    /// `None`: not yet, or this was said already.
+    ///
+    /// # Errors
+    ///
+    /// As with [`rename`](Self::rename).
+    pub fn renamed(&mut self, wait: Duration) -> Option<Result<(), Error>> {
+        let Renaming { until, done, .. } = self.renaming.as_ref()?;
+        let wait = wait.min(until.saturating_duration_since(Instant::now()));
+        let cause = match done.recv_timeout(wait) {
+            Err(RecvTimeoutError::Timeout) if Instant::now() < *until => return None,
+            Ok(Ok(())) => None,
+            Ok(Err(cause)) => Some(cause.into()),
+            Err(RecvTimeoutError::Timeout) => Some(stands_still("new name", DISK_LIMIT)),
+            Err(RecvTimeoutError::Disconnected) => {
+                Some(self.state.failure().unwrap_or_else(panicked))
+            }
+        };
+        let path = self.renaming.take()?.to;
+        Some(match cause {
+            None => {
                 self.path = path;
                 Ok(())
             }
-            Err(cause) => Err(Error::Write { path, cause: cause.into(), cycles: 0 }),
-        }
+            Some(cause) => Err(Error::Write { path, cause, cycles: 0 }),
+        })
     }
 
     /// What was recorded so far.
@@ -387,7 +458,7 @@ impl Recorder {
     }
 
     fn end(&mut self) {
-        self.stop = None;
+        self.renames = None;
         let Some(thread) = self.thread.take() else { return };
         let failure = if self.ended.recv_timeout(DISK_LIMIT) == Err(RecvTimeoutError::Timeout) {
             Some(stands_still("end", DISK_LIMIT))
@@ -464,18 +535,35 @@ struct Worker {
     source: Source,
     frames: Receiver<CameraFrame>,
     /// Ends with the recorder.
-    stopped: Receiver<()>,
+    renames: Receiver<Rename>,
     state: Arc<State>,
     flushed: Instant,
     /// When the statistics were written last.
     reported: Instant,
 }
 
+impl Rename {
+    /// Unless nobody waits for it any more.
+    fn perform(&self, state: &State) {
+        if Instant::now() >= self.until {
+            return;
+        }
+        let done = file::rename(&state.path(), &self.to).inspect(|()| state.set_path(&self.to));
+        let _ = self.done.send(done);
+    }
+}
+
 impl Worker {
     fn run(mut self, mut file: Target) {
         let done = self.record_until_stopped(&mut file).and_then(|()| file.writer.finish());
         match done {
-            Ok(bytes) => self.state.bytes.store(bytes, Ordering::Relaxed),
+            Ok(bytes) => {
+                self.state.bytes.store(bytes, Ordering::Relaxed);
+                let Self { source, renames, state, .. } = self;
+                drop(source);
+                // The handler has ended before the recorder.
+                renames.iter().for_each(|rename| rename.perform(&state));
+            }
             Err(error) => {
                 let cause = cause(error);
                 let path = self.state.path();
@@ -490,9 +578,16 @@ impl Worker {
     /// It looks from time to time and waits for no entry: waking it would cost the transfer more than the entry.
     fn record_until_stopped(&mut self, file: &mut Target) -> McapResult<()> {
         loop {
-            let stopped = self.stopped.recv_timeout(LOOK) != Err(RecvTimeoutError::Timeout);
+            let rename = self.renames.recv_timeout(LOOK);
+            let lost = self.lost().entries;
             let goes_on = self.take_all(file)?;
-            if stopped || !goes_on {
+            if let Ok(rename) = &rename {
+                // On a disk that stands still this waits, and not the new name, which could not be taken back.
+                file.writer.flush()?;
+                rename.perform(&self.state);
+            }
+            if matches!(rename, Err(RecvTimeoutError::Disconnected)) || !goes_on {
+                self.count_last_lost(lost);
                 return Ok(());
             }
             self.flush_if_due(file, Instant::now())?;
@@ -616,6 +711,12 @@ impl Worker {
         recorded.lost += lost;
     }
 
+    /// Also those after which nothing had room, of this number in all.
+    fn count_last_lost(&self, lost: u64) {
+        let mut recorded = self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner);
+        recorded.lost = recorded.lost.max(lost);
+    }
+
     fn frame(&self, file: &mut Target, frame: &CameraFrame) -> McapResult<()> {
         self.begin_part(file, frame.arrived)?;
         let is_in_file = file.writer.frame(frame)?;
@@ -650,6 +751,14 @@ impl Source {
             Self::Handler { log, .. } => log.receiver().len(),
             Self::Feed { entries, .. } => entries.len(),
             Self::History(follow) => follow.waiting(),
+        }
+    }
+
+    /// What a history knows its follower by.
+    fn follows(&self) -> Option<Arc<()>> {
+        match self {
+            Self::Handler { .. } | Self::Feed { .. } => None,
+            Self::History(follow) => Some(follow.is_there()),
         }
     }
 
@@ -713,9 +822,80 @@ mod tests {
         nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
         let (_feed, entries, lost) = Feed::channel(1);
         let source = Source::Feed { entries, lost: Arc::clone(&lost) };
-        let error = Recorder::record(pipe, None, source, Duration::from_millis(20)).unwrap_err();
+        let error =
+            Recorder::record(pipe.clone(), None, source, Duration::from_millis(20)).unwrap_err();
         // Its thread waits on, without what comes in: the feed and this test have the rest.
         assert_eq!(Arc::strong_count(&lost), 2);
         assert!(format!("{error:#}").contains("has not taken the beginning"), "{error}");
+
+        // A history knows of it until the disk goes on.
+        let mut history = crate::History::new(Duration::from_secs(1), 1000);
+        let source = Source::History(history.follow());
+        let limit = Duration::from_millis(20);
+        assert!(Recorder::record(pipe.clone(), None, source, limit).is_err());
+        history.unfollow();
+        assert!(history.is_followed());
+        let _reader = std::fs::File::options().read(true).write(true).open(pipe).unwrap();
+        let begin = Instant::now();
+        while history.is_followed() {
+            assert!(begin.elapsed() < Duration::from_secs(60));
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_takes_nothing_gets_no_new_name_later() {
+        use ft_transfer_area::FishX1Transfer;
+
+        let folder = tempfile::tempdir().unwrap();
+        let [pipe, path] = ["pipe", "run.mcap"].map(|name| folder.path().join(name));
+        std::fs::write(&path, "the old one").unwrap();
+        nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
+        // Its other end.
+        let both = std::fs::File::options().read(true).write(true).open(&pipe).unwrap();
+        let (mut recorder, mut feed) =
+            Recorder::fed(&pipe, Options::default().capacity(10)).unwrap();
+        let mut reader = std::fs::File::open(&pipe).unwrap();
+        drop(both);
+        // What can't be compressed, and more than a pipe has room for.
+        let mut word = 1_u32;
+        let mut letter = || {
+            word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            char::from(b'a' + ((word >> 16) % 26) as u8)
+        };
+        let error = (0..200_000).map(|_| letter()).collect();
+        let failure = crate::Failure { kind: crate::FailureKind::Other, error };
+        feed.transfer(Instant::now(), Transfer::Failed(failure));
+        let mut cycle = |number| feed.cycle(LoggedCycle::new(number, &[FishX1Transfer::default()]));
+        cycle(1);
+        let begin = Instant::now();
+        recorder.begin_rename_within(&path, Duration::from_millis(200)).unwrap();
+        let renamed = recorder.renamed(Duration::ZERO);
+        assert!(renamed.is_none(), "{renamed:?}");
+        assert!(begin.elapsed() < Duration::from_millis(200), "it waits for nothing");
+        let error = recorder.renamed(Duration::MAX).unwrap().unwrap_err();
+        assert!(format!("{error:#}").contains("has not taken the new name"), "{error:#}");
+        (2..=20).for_each(&mut cycle);
+        let reads = std::thread::spawn(move || io::copy(&mut reader, &mut io::sink()).unwrap());
+        assert_eq!(recorder.path(), pipe);
+        let (totals, newest) = recorder.finish_with_newest().unwrap();
+        assert_eq!((totals.cycles + totals.lost, newest), (20, pipe));
+        assert!(totals.lost > 0, "the last ones, too: {totals:?}");
+        reads.join().unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"the old one");
+    }
+
+    #[test]
+    fn a_finished_file_gets_another_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, other] = ["run.mcap", "other.mcap"].map(|name| folder.path().join(name));
+        let (mut recorder, feed) = Recorder::fed(&path, Options::default()).unwrap();
+        drop(feed);
+        std::thread::sleep(LOOK * 5);
+        recorder.rename(&other).unwrap();
+        assert_eq!((recorder.path(), recorder.newest()), (&*other, other.clone()));
+        recorder.finish().unwrap();
+        assert!(other.exists() && !path.exists());
     }
 }

@@ -49,6 +49,11 @@ impl Target {
         &self.newest
     }
 
+    /// Nobody waits for it any more. A single file was perhaps there before.
+    pub(crate) fn discard(self) {
+        self.files.iter().for_each(|_| discard(&self.newest));
+    }
+
     /// Goes on in a new file if this one is full, and returns whether it was. What comes next is of this time.
     pub(crate) fn begin_part_if_full(&mut self, at: Instant) -> McapResult<bool> {
         let bytes = self.writer.bytes();

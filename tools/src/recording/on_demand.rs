@@ -185,6 +185,11 @@ impl Shown {
         (newest.file, newest.bytes) = (name, recorder.recorded().bytes);
     }
 
+    /// It goes on with another name than it should have.
+    pub(crate) fn keeps_name(&self, text: String) {
+        self.lock().error = Some(Trouble { code: "record_name", text });
+    }
+
     fn stop(&self) {
         let mut newest = self.lock();
         newest.until.get_or_insert_with(Instant::now);

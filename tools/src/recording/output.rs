@@ -86,11 +86,24 @@ impl Output {
 
     /// The recording has begun, so the file takes its place.
     pub(crate) fn begun(&mut self, recorder: &mut Recorder) -> anyhow::Result<()> {
-        if let Some(replaced) = self.replaced.take() {
-            self.held = File::open(recorder.path()).ok();
+        if let Some(replaced) = self.take_replaced(recorder) {
             recorder.rename(replaced)?;
         }
         Ok(())
+    }
+
+    /// The same for who does not wait for a disk. Returns whether it is to see that the file is renamed.
+    pub(crate) fn begin(&mut self, recorder: &mut Recorder) -> Result<bool, Error> {
+        match self.take_replaced(recorder) {
+            Some(replaced) => recorder.begin_rename(replaced).map(|()| true),
+            None => Ok(false),
+        }
+    }
+
+    fn take_replaced(&mut self, recorder: &Recorder) -> Option<PathBuf> {
+        let replaced = self.replaced.take()?;
+        self.held = File::open(recorder.path()).ok();
+        Some(replaced)
     }
 
     /// The error says that somebody has removed what was recorded, or given it another name, or replaced it.
@@ -170,13 +183,15 @@ pub(crate) fn incomplete(path: &str) -> String {
 /// Removes a file that has no cycle, so that it is not in the way of the next attempt.
 pub(crate) fn discard(recorder: Recorder) {
     let path = recorder.path().to_owned();
-    // It may be a pipe that nobody reads.
-    interrupt::in_time(move || drop(recorder));
-    // It may be a pipe or a device.
-    if path.is_file() {
-        // Without it the reason is reported all the same.
-        let _ = std::fs::remove_file(path);
-    }
+    // It may be a pipe that nobody reads, or a disk that stands still.
+    interrupt::in_time(move || {
+        drop(recorder);
+        // It may be a pipe or a device.
+        if path.is_file() {
+            // Without it the reason is reported all the same.
+            let _ = std::fs::remove_file(path);
+        }
+    });
 }
 
 #[cfg(test)]

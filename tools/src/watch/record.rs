@@ -7,7 +7,7 @@ use anyhow::Context;
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::{LoggedCycle, Statistics};
 use ft_transfer_area_recorder::{
-    Failure, FailureKind, Feed, FrameSink, Options, Recorder, Totals, Transfer,
+    Error, Failure, FailureKind, Feed, FrameSink, Options, Recorder, Totals, Transfer,
 };
 
 use super::changes::name;
@@ -64,6 +64,8 @@ struct ToFile {
     feed: Feed,
     frames: FrameSink,
     shown: Shown,
+    /// The file is to get its place.
+    is_renamed_soon: bool,
     /// An error was reported.
     failed: bool,
 }
@@ -145,7 +147,8 @@ impl Record {
         let (frames, shown) = (recorder.frames(), Shown::default());
         shown.begin(Instant::now(), Duration::ZERO);
         let button = Button::fixed(shown.clone());
-        let file = ToFile { output, recorder, feed, frames, shown, failed: false };
+        let file =
+            ToFile { output, recorder, feed, frames, shown, is_renamed_soon: false, failed: false };
         Ok((Self::new(Into::File(file), address), button))
     }
 
@@ -344,20 +347,39 @@ impl Into {
 }
 
 impl ToFile {
-    /// The file takes its place.
+    /// The file takes its place, while what passes is looked at.
     fn begun(&mut self) {
-        if let Err(error) = self.output.begun(&mut self.recorder) {
-            let path = self.recorder.path().display();
-            log::warn!("{error:#}; the recording goes on as {path}");
+        match self.output.begin(&mut self.recorder) {
+            Ok(is_renamed_soon) => self.is_renamed_soon = is_renamed_soon,
+            Err(error) => self.keeps_name(&error),
         }
+    }
+
+    /// Looks whether it has its place, and waits as long for that.
+    fn look_for_name(&mut self, wait: Duration) {
+        if let Some(renamed) = self.recorder.renamed(wait) {
+            self.is_renamed_soon = false;
+            if let Err(error) = renamed {
+                self.keeps_name(&error);
+            }
+        }
+    }
+
+    fn keeps_name(&self, error: &Error) {
+        let path = self.recorder.path().display();
+        let text = format!("{error:#}; the recording goes on as {path}");
+        log::warn!("{text}");
+        self.shown.keeps_name(text);
     }
 
     fn look(&mut self) {
         if self.failed {
             return;
         }
+        self.look_for_name(Duration::ZERO);
         let newest = self.recorder.newest();
-        let path = if self.output.is_beside() { self.output.path() } else { &*newest };
+        let is_beside = self.output.is_beside() || self.is_renamed_soon;
+        let path = if is_beside { self.output.path() } else { &*newest };
         self.shown.take(&self.recorder, path);
         if let Some(error) = self.recorder.error() {
             self.failed = true;
@@ -366,13 +388,14 @@ impl ToFile {
         }
     }
 
-    fn finish(self) -> anyhow::Result<()> {
+    fn finish(mut self) -> anyhow::Result<()> {
         if self.output.is_beside() {
             discard(self.recorder);
             let path = self.output.path().display();
             lines::print(&format!("no program has driven: {path} is as it was"));
             return Ok(());
         }
+        self.look_for_name(Duration::MAX);
         let (files, Totals { cycles, lost, frames, .. }) =
             end(self.recorder).context("the recording is not whole")?;
         lines::print(&format!("{files}: {cycles} cycles, {lost} lost, {frames} pictures"));

@@ -210,6 +210,7 @@ const GERMAN_ERRORS = {
   record_failed: "Die Aufnahme kann nicht geschrieben werden; gesteuert wird weiter",
   record_gone: "Die Datei der Aufnahme ist nicht mehr da; gesteuert wird weiter",
   record_full: "Auf dem Datenträger ist kein Platz mehr; was vorher aufgenommen wurde, ist lesbar",
+  record_name: "Die Aufnahme hat ihren Namen nicht bekommen; sie geht unter einem anderen weiter",
   record_stuck: "Der Datenträger nimmt von der vorigen Aufnahme noch nichts an",
   several_controllers: "Es wurden mehrere Controller gefunden; nenne die Adresse",
   taken: "Eine andere Seite steuert",
