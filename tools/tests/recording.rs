@@ -74,9 +74,9 @@ fn an_extension_that_is_not_connected_has_no_values() {
         machine.controllers[1].uni[0] = i16::from(!is_later);
         machine.controllers[2].uni[0] = (machine.exchanges() / 5 % 2) as i16;
     });
-    let txt = builder.start().unwrap();
+    let txt = builder.lock_step().start().unwrap();
     let builder = TransferAreaComHandler::builder(txt.address().to_string()).areas(3);
-    let handler = builder.build().unwrap();
+    let handler = builder.lock_step().build().unwrap();
     let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();
     handler.begin_transfer().unwrap();
     (0..30).for_each(|_| drop(handler.areas().wait_cycle().unwrap()));
