@@ -63,8 +63,8 @@ fn on_again(case: &Case<'_>, expired: Instant) -> Option<String> {
     let known = case.trace.calls.iter().filter(first).map(|call| call.start).min();
     for connection in case.connections() {
         let later = connection.iter().filter(|exchange| exchange.at > expired);
-        // Two cycles, and a request that may be on its way.
-        let skipped = if connection[0].at > expired { 0 } else { 3 };
+        // Two cycles, and a request that may be on its way; the first one of a connection is for the master alone.
+        let skipped = if connection[0].at > expired { 1 } else { 3 };
         for exchange in later.skip(skipped).filter(|exchange| !exchange.is_off()) {
             if known.is_none_or(|known| known > exchange.at) {
                 return Some(format!(
