@@ -163,6 +163,24 @@ fn a_program_that_does_something_else_is_told_where() {
 }
 
 #[test]
+fn each_program_is_told_what_it_did_itself() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    record(&path, None, 3);
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    for duty in [400, DUTY_MAX, 300] {
+        program(&handler(replay.port), duty);
+    }
+    let (well, said) = replay.end();
+    assert!(!well, "{said}");
+    let lines: Vec<&str> = said.lines().filter(|line| line.contains("has left")).collect();
+    assert_eq!(lines.len(), 3, "{said}");
+    for (line, what) in lines.iter().zip(["is 400", "It did the same", "is 300"]) {
+        assert!(line.contains(what), "{line}");
+    }
+}
+
+#[test]
 fn a_part_of_a_recording_is_replayed() {
     let folder = tempfile::tempdir().unwrap();
     let path = in_folder(&folder, "run.mcap");

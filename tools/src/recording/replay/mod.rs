@@ -19,7 +19,7 @@ use super::part::Part;
 use super::survey::Survey;
 use super::whole::say_what_is_damaged;
 use crate::{interrupt, lines, print};
-use player::{Player, Run};
+use player::{Player, Program, Run};
 
 /// How often to check whether a program has left, or a gap is over.
 const LOOK: Duration = Duration::from_millis(20);
@@ -135,52 +135,49 @@ fn serve(
     let mut before = 0;
     let mut has_left = false;
     loop {
-        let (connected, exchanges) =
-            txt.with_machine(|machine| (machine.connected(), machine.exchanges()));
+        let exchanges = lock(player).exchanges();
+        let connected = txt.with_machine(|machine| machine.connected());
         let leaves = !connected && exchanges > before;
         if leaves {
             before = exchanges;
-            lock(player).leave();
+            lock(player).leave(exchanges);
+        }
+        for (program, run) in lock(player).take_left() {
+            show(&program, &run)?;
         }
         has_left = leaves || has_left && !connected;
         let run = lock(player).run().clone();
-        match run.back_at {
-            Some(back_at) if back_at <= Instant::now() => {
-                txt.with_machine(|machine| machine.set_absent(false));
-                lock(player).is_back();
-            }
-            // It is expected back.
-            Some(_) => {}
-            None if leaves => show(&run)?,
-            None => {}
+        if run.back_at.is_some_and(|back_at| back_at <= Instant::now()) {
+            txt.with_machine(|machine| machine.set_absent(false));
+            lock(player).is_back();
         }
         if once && has_left && run.at_end && run.back_at.is_none() {
-            return Ok(run.first_difference.is_none());
+            return Ok(!run.differs);
         }
         match interrupted.recv_timeout(LOOK) {
             Err(RecvTimeoutError::Timeout) => {}
-            _ => return Ok(run.first_difference.is_none()),
+            _ => return Ok(!run.differs),
         }
     }
 }
 
 /// Says how a program did when it has left.
-fn show(run: &Run) -> anyhow::Result<()> {
+fn show(program: &Program, run: &Run) -> anyhow::Result<()> {
     let to_come = if run.at_end { "" } else { "; the recording goes on" };
-    match (&run.first_difference, &run.other_stop) {
+    match (&program.first_difference, &program.other_stop) {
         (None, None) => print::line(format_args!(
             "The program has left after {} recorded cycles. It did the same{to_come}.",
-            run.cycles
+            program.cycles
         ))?,
         (None, Some(stop)) => print::line(format_args!(
             "The program has left after {} recorded cycles. It did the same, but stopped the motors otherwise: in \
              cycle {} {}{to_come}.",
-            run.cycles, stop.cycle, stop.what
+            program.cycles, stop.cycle, stop.what
         ))?,
         (Some(first), _) => print::line(format_args!(
             "The program has left after {} recorded cycles. Its outputs first differed in cycle {}, \
              {:.2} s after the beginning: {}{to_come}.",
-            run.cycles,
+            program.cycles,
             first.cycle,
             first.at.as_secs_f64(),
             first.what

@@ -32,6 +32,8 @@ pub(super) struct Player {
     paced: bool,
     /// The numbers of the machine's connection and session that are served.
     session: (u64, u64),
+    /// How many exchanges there were.
+    exchanges: u64,
     terminals: Vec<Terminals>,
     /// The number of the next cycle; `None` when the rest of the session is not recorded.
     next: Option<u64>,
@@ -40,17 +42,30 @@ pub(super) struct Player {
     /// A difference that is none if the program and the recorded one stop there: only some clients also end distances
     /// and sounds in the exchange that stops the motors.
     at_stop: Option<Difference>,
+    /// What the program does that is connected.
+    program: Program,
+    /// Whether it has left.
+    has_left: bool,
+    /// What programs have done that have left, until it is said.
+    left: Vec<(Program, Run)>,
     run: Run,
+}
+
+/// What one program has done.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Program {
+    /// Cycles that were answered as recorded.
+    pub(super) cycles: u64,
+    pub(super) first_difference: Option<Difference>,
+    /// How it stopped its motors otherwise, which does not count as a difference.
+    pub(super) other_stop: Option<Difference>,
 }
 
 /// One run through the recording.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Run {
-    /// Cycles that were answered as recorded.
-    pub(super) cycles: u64,
-    pub(super) first_difference: Option<Difference>,
-    /// How a program stopped its motors otherwise, which does not count as a difference.
-    pub(super) other_stop: Option<Difference>,
+    /// Whether a program has done something else than the recorded one.
+    pub(super) differs: bool,
     /// Whether all of the recording was played.
     pub(super) at_end: bool,
     /// When the controller is back after a gap; `None` when it is not away.
@@ -74,12 +89,21 @@ impl Player {
             ahead: VecDeque::new(),
             paced,
             session: (0, 0),
+            exchanges: 0,
             terminals: Vec::new(),
             next: None,
             answered: None,
             at_stop: None,
+            program: Program::default(),
+            has_left: true,
+            left: Vec::new(),
             run: Run::default(),
         })
+    }
+
+    /// How many exchanges there were.
+    pub(super) fn exchanges(&self) -> u64 {
+        self.exchanges
     }
 
     pub(super) fn run(&self) -> &Run {
@@ -96,10 +120,27 @@ impl Player {
         self.run.back_at = None;
     }
 
-    /// The program has left, perhaps before the end of the recorded connection.
-    pub(super) fn leave(&mut self) {
+    /// What programs have done that have left since the last call, and how far the recording was then.
+    pub(super) fn take_left(&mut self) -> Vec<(Program, Run)> {
+        std::mem::take(&mut self.left)
+    }
+
+    /// The program with the last of so many exchanges has left, perhaps before the end of the recorded connection.
+    pub(super) fn leave(&mut self, exchanges: u64) {
+        // The next one may be there already.
+        if self.exchanges != exchanges {
+            return;
+        }
         if let Err(error) = self.skip_session() {
             self.fail(&error);
+        }
+        self.see_off();
+    }
+
+    /// Keeps what the program has done, to be said. After a recorded gap it is expected back.
+    fn see_off(&mut self) {
+        if !std::mem::replace(&mut self.has_left, true) && self.run.back_at.is_none() {
+            self.left.push((std::mem::take(&mut self.program), self.run.clone()));
         }
     }
 
@@ -118,6 +159,7 @@ impl Player {
     }
 
     fn try_answer(&mut self, machine: &mut Machine) -> Result<(), Error> {
+        self.exchanges += 1;
         let session = (machine.connections(), machine.sessions());
         let before = std::mem::replace(&mut self.session, session);
         if session != before {
@@ -144,6 +186,10 @@ impl Player {
     fn begin_session(&mut self, is_online_again: bool) -> Result<(), Error> {
         let next = self.next;
         self.skip_session()?;
+        if !is_online_again {
+            self.see_off();
+            self.has_left = false;
+        }
         if self.run.at_end && is_online_again {
             self.note_online_again(next);
             return Ok(());
@@ -204,11 +250,13 @@ impl Player {
             }
         }
         match left_out {
-            None if stopped => self.run.other_stop = self.run.other_stop.take().or(at_stop),
+            None if stopped => {
+                self.program.other_stop = self.program.other_stop.take().or(at_stop);
+            }
             None => self.note(at_stop),
             Some((at, true)) if stopped && at_stop.is_none() => {
                 let what = "it left without stopping the motors first".to_owned();
-                self.run.other_stop.get_or_insert(Difference { cycle: next, at, what });
+                self.program.other_stop.get_or_insert(Difference { cycle: next, at, what });
             }
             Some((at, _)) => {
                 self.note(at_stop);
@@ -332,7 +380,7 @@ impl Player {
     }
 
     fn play(&mut self, at: Duration, cycle: &Cycle, machine: &mut Machine) {
-        self.run.cycles += 1;
+        self.program.cycles += 1;
         self.terminals.resize_with(cycle.areas.len(), Terminals::default);
         let alive = cycle.areas[0].state.io_slave_alive;
         let (mut what, mut stops) = (None, is_stop(cycle));
@@ -362,7 +410,8 @@ impl Player {
 
     /// Notes a difference, if it is the first.
     fn note(&mut self, difference: Option<Difference>) {
-        self.run.first_difference = self.run.first_difference.take().or(difference);
+        self.run.differs |= difference.is_some();
+        self.program.first_difference = self.program.first_difference.take().or(difference);
     }
 
     /// Delays the response to when it came in the recording.
