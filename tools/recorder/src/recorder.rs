@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, unbounded, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use ft_transfer_area::{
-    CameraFrame, CycleLog, EventKind, Events, IoError, LogEntry, LoggedCycle, TimedEvent,
-    TransferAreaComHandler, TransferAreas,
+    CameraFrame, CycleLog, EventKind, Events, IoError, LogEntry, LoggedCycle, Statistics,
+    TimedEvent, TransferAreaComHandler, TransferAreas,
 };
 use mcap::{McapError, McapResult};
 
@@ -26,7 +26,8 @@ use crate::writer::Losses;
 /// How often the recorder looks for new entries.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// How often everything is handed to the operating system, and the statistics are written.
+/// How often everything is handed to the operating system, and the statistics are written; these also at the end of a
+/// transfer.
 const FLUSH: Duration = Duration::from_millis(500);
 const STATISTICS: Duration = Duration::from_secs(1);
 
@@ -288,6 +289,7 @@ impl Recorder {
             state: Arc::clone(&state),
             flushed: begin_at,
             reported: begin_at,
+            unreported: None,
         };
         let (begin, begun) = bounded(1);
         let (hand, handed) = bounded(1);
@@ -540,6 +542,8 @@ struct Worker {
     flushed: Instant,
     /// When the statistics were written last.
     reported: Instant,
+    /// Those since then, and when they were.
+    unreported: Option<(Instant, Statistics)>,
 }
 
 impl Rename {
@@ -588,7 +592,7 @@ impl Worker {
             }
             if matches!(rename, Err(RecvTimeoutError::Disconnected)) || !goes_on {
                 self.count_last_lost(lost);
-                return Ok(());
+                return self.report(file);
             }
             self.flush_if_due(file, Instant::now())?;
         }
@@ -656,6 +660,7 @@ impl Worker {
         match &entry.what {
             Fed::Cycle(cycle) => self.cycle(file, cycle, entry.lost, now)?,
             Fed::Transfer { at, what } => {
+                self.report(file)?;
                 self.before_transfer(file, *at, entry.lost)?;
                 file.writer.transfer(*at, what)?;
             }
@@ -676,14 +681,21 @@ impl Worker {
         now: Instant,
     ) -> McapResult<()> {
         self.begin_part(file, cycle.arrived)?;
-        let writer = &mut file.writer;
-        writer.cycle(cycle, lost)?;
+        file.writer.cycle(cycle, lost)?;
+        self.unreported = Some((cycle.arrived, cycle.statistics));
         if now.saturating_duration_since(self.reported) >= STATISTICS {
             self.reported = now;
-            let lost = self.lost();
-            writer.statistics(cycle.arrived, &cycle.statistics, lost)?;
+            self.report(file)?;
         }
         Ok(())
+    }
+
+    /// Writes the statistics since the last time.
+    fn report(&mut self, file: &mut Target) -> McapResult<()> {
+        match self.unreported.take() {
+            Some((at, statistics)) => file.writer.statistics(at, &statistics, self.lost()),
+            None => Ok(()),
+        }
     }
 
     /// What comes before an entry that is no cycle, with this number of lost ones before it.

@@ -78,6 +78,32 @@ fn record(path: &Path, cycles: usize) {
     recorder.finish().unwrap();
 }
 
+/// Each is shorter than a second, after which the statistics are written anyway.
+#[test]
+fn each_transfer_has_the_statistics_of_its_last_cycle() {
+    let folder = folder();
+    let path = folder.path().join("run.mcap");
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    let recorder = Recorder::start(&handler, &path, roomy()).unwrap();
+    for _ in 0..3 {
+        handler.begin_transfer().unwrap();
+        drop(handler.areas().wait_cycle().unwrap());
+        handler.end_transfer().unwrap();
+    }
+    recorder.finish().unwrap();
+    let (entries, _) = read(&path).unwrap();
+    let ends = entries.windows(2).filter_map(|pair| match (&pair[0].what, &pair[1].what) {
+        (Recorded::Statistics(statistics), Recorded::Transfer(Transfer::Ended)) => {
+            Some(statistics.cycles)
+        }
+        _ => None,
+    });
+    let ends: Vec<u64> = ends.collect();
+    assert_eq!(ends.len(), 3, "{entries:?}");
+    assert_eq!(ends.iter().sum::<u64>(), cycles(&entries).len() as u64);
+}
+
 /// Cycles come while the file is changed, and nothing depends on how many files there are.
 #[test]
 fn a_recording_in_parts_has_each_cycle_once_and_each_part_begins_with_the_controller() {
