@@ -11,6 +11,8 @@ use crate::programs::stalls;
 const WAITS: Duration = Duration::from_secs(4);
 /// The end: a current attempt to connect, the last responses, and closing.
 const ENDS: Duration = Duration::from_secs(2);
+/// In a gap the current attempt, and one more.
+const ENDS_IN_GAP: Duration = Duration::from_secs(5);
 /// The end of a recording on a disk that stands still.
 const RECORDED: Duration = Duration::from_secs(6);
 /// Calls that do not wait.
@@ -25,10 +27,11 @@ pub(super) fn kept(case: &Case<'_>) -> Vec<String> {
     for call in &case.trace.calls {
         // A blocked logger may hold the call that says something, but no end.
         let blocked = if case.blocks { 3 * BLOCKED } else { Duration::ZERO };
+        let ends = if case.setup.reconnect_ms.is_some() { ENDS_IN_GAP } else { ENDS };
         let bound = match call.what {
-            What::End => ENDS,
+            What::End => ends,
             // It clears the hook, which waits for it.
-            What::DropHandler => ENDS + Duration::from_millis(500),
+            What::DropHandler => ends + Duration::from_millis(500),
             What::Finish | What::Leave => RECORDED + blocked,
             What::Look | What::Feed | What::Ask => NOT_WAITING + blocked,
             _ => WAITS + blocked + held,
