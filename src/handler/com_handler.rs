@@ -208,9 +208,13 @@ impl TransferAreaComHandler {
     /// Waits for the threads of transfers up to this number.
     fn join_threads(&self, number: u64) {
         self.thread.join(number);
+        // The stream of the next transfer is not this one's, and a command for it may hold it for long.
+        let is_over = || self.area.shared().state().transfer.number() > number;
+        if is_over() {
+            return;
+        }
         let mut stream = self.camera.lock();
-        // Not that of the next transfer.
-        if self.area.shared().state().transfer.number() > number {
+        if is_over() {
             return;
         }
         if let Some(stream) = &mut *stream {
