@@ -19,7 +19,7 @@ const KILLING: Duration = Duration::from_secs(5);
 const LOOK: Duration = Duration::from_millis(5);
 /// None are left when so many looks in a row find none: one look may miss a process that another one has made, which
 /// ends, while it goes through all processes.
-const EMPTY_LOOKS: u32 = 3;
+const EMPTY_LOOKS: u32 = 6;
 
 /// The file of a program, by which the processes that are this program are known.
 pub(crate) struct Forks(File);
