@@ -1,12 +1,11 @@
 //! The functions of programs for the TXT itself: KeLibTxt, MotorIOLib and what `KeLibTxtDl.h` declares.
 #![allow(unreachable_pub, reason = "the linker exports it")]
 
-use std::fmt::Display;
 use std::ops::ControlFlow;
 use std::slice;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, LazyLock};
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::Duration;
 
 use ft_transfer_area::transfer_area::FishX1Transfer;
 use ft_transfer_area::{Error, I2cClient, TransferMode};
@@ -19,7 +18,7 @@ use crate::i2c::DEVICE_MAX as I2C_DEVICE_MAX;
 use crate::inside;
 use crate::memory::{areas_of_program, AreaArray, AREAS};
 use crate::mirror::{Mirror, DEV_MODE_LOCAL};
-use crate::report::{self, Repeated};
+use crate::report;
 use crate::session::{ProgramSession, SessionSettings};
 
 const NONE: u32 = 0;
@@ -47,8 +46,6 @@ static CALLED: ReentrantMutex<()> = ReentrantMutex::new(());
 static I2C: Mutex<Option<I2c>> = Mutex::new(None);
 /// Whether there has been I2C: the first start makes it, if `InitI2C` has not done so before.
 static I2C_MADE: AtomicBool = AtomicBool::new(false);
-/// What was said of I2C.
-static TOLD: LazyLock<Mutex<Repeated>> = LazyLock::new(Mutex::default);
 
 /// What `InitI2C` or the first start has made, until the exchange ends.
 struct I2c {
@@ -109,7 +106,7 @@ fn start() -> u32 {
         match result {
             Ok(()) => NONE,
             Err(error) => {
-                report::failure(&error);
+                report::failure_in_loop(&error);
                 THREAD_NOT_STARTABLE
             }
         }
@@ -216,7 +213,7 @@ pub extern "C" fn InitI2C() -> u32 {
                 NONE
             }
             Err(error) => {
-                tell(format_args!("{error:#}"));
+                report::failure_in_loop(format_args!("{error:#}"));
                 I2C_OPEN
             }
         }
@@ -285,7 +282,7 @@ fn transfer(device: u8, write: &[u8], read: &mut [u8]) -> Result<(), u32> {
             .i2c()
             .and_then(|first| client.insert(first).write_read(device, write, read)),
         (Some(_), None) | (None, _) => {
-            tell("I2C begins with InitI2C or the first start, and ends with StopTxtDownloadProg or a start that fails");
+            report::failure_in_loop("I2C begins with InitI2C or the first start, and ends with StopTxtDownloadProg or a start that fails");
             return Err(other);
         }
     };
@@ -295,15 +292,8 @@ fn transfer(device: u8, write: &[u8], read: &mut [u8]) -> Result<(), u32> {
         Err(Error::I2cNoDevice { .. }) => Err(I2C_COMMUNICATION),
         Err(_) if device > I2C_DEVICE_MAX => Err(I2C_COMMUNICATION),
         Err(error) => {
-            tell(format_args!("{error:#}"));
+            report::failure_in_loop(format_args!("{error:#}"));
             Err(other)
         }
-    }
-}
-
-/// Says what went wrong. A program may read a device in a loop.
-fn tell(what: impl Display) {
-    if let Some(line) = TOLD.lock().line(&what.to_string(), Instant::now()) {
-        report::failure(line);
     }
 }

@@ -6,10 +6,12 @@ use std::env;
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::Error;
 use log::{Level, LevelFilter, Log, Metadata, Record};
+use parking_lot::Mutex;
 
 /// `off`, `error`, `warn`, `info`, `debug` or `trace`.
 const VARIABLE: &str = "FT_TXT_LOG";
@@ -82,6 +84,17 @@ pub(crate) fn start() {
 pub(crate) fn failure(what: impl Display) {
     start();
     log::error!("{what}");
+}
+
+/// What calls have said that a program makes again and again.
+static TOLD: LazyLock<Mutex<Repeated>> = LazyLock::new(Mutex::default);
+
+/// The same for a call that a program may make in a loop: at once, and then once a minute with its count.
+pub(crate) fn failure_in_loop(what: impl Display) {
+    let line = TOLD.lock().line(&what.to_string(), Instant::now());
+    if let Some(line) = line {
+        failure(line);
+    }
 }
 
 /// Whether the code that the program gets says it all: a program may start twice, or stop what has ended.

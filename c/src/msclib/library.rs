@@ -141,7 +141,9 @@ impl Library {
             self.replace(name.trim(), chosen)?;
         }
         let host = ports.host_of(name).ok_or_else(|| {
-            log::error!("{name}: no controller is named for it; see FT_TXT_PORTS and FT_TXT_HOST");
+            report::failure_in_loop(format_args!(
+                "{name}: no controller is named for it; see FT_TXT_PORTS and FT_TXT_HOST"
+            ));
             FTLIB_ERR_OPEN_COM
         })?;
         let port = number_of(name);
@@ -151,7 +153,7 @@ impl Library {
         let mut state = self.state.lock();
         state.opening.retain(|opening| *opening != host);
         let controller = controller.map_err(|error| {
-            log::error!("{name}: {error:#}");
+            report::failure_in_loop(format_args!("{name}: {error:#}"));
             FTLIB_ERR_OPEN_COM
         })?;
         // Also when the library was closed meanwhile.

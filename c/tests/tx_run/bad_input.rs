@@ -41,6 +41,24 @@ fn a_program_has_one_beginning() {
     run(&[TIC, INIT]).well();
 }
 
+/// A program that waits for its controller in this way would fill a disk.
+#[test]
+fn a_device_that_is_opened_in_a_loop_fails_with_one_sentence() {
+    if !has_compiler() {
+        return;
+    }
+    const LOOP: &str = "#include <windows.h>\n#include \"ftMscLib.h\"\nint main(void)\n{\n\
+        DWORD error = 0;\n int attempt;\n ftxInitLib();\n for (attempt = 0; attempt < 50; attempt++)\n\
+        if (ftxOpenComDevice(\"COM4\", 38400, &error) != NULL) return 5;\n return 3;\n}\n";
+    let nobody = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "loop.c", LOOP);
+    let mut command = tx_run(&["--host", &nobody.to_string()]);
+    let ended = Run::start(command.arg(folder.path().join("loop.c"))).end();
+    assert_eq!(ended.status, Some(3), "{ended:?}");
+    assert_eq!(ended.err.matches("no controller was found").count(), 1, "{ended:?}");
+}
+
 #[test]
 fn a_name_in_capital_letters_is_c() {
     if !has_compiler() {
