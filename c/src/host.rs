@@ -7,20 +7,12 @@ const VARIABLE: &str = "FT_TXT_HOST";
 /// The environment variable that chooses the exchange: `simple`, or else the one that the program uses.
 const MODE: &str = "FT_TXT_MODE";
 
-/// What is set where `tx_run` has started the program.
-const OF_TX_RUN: &str = "FT_TXT_TRANSFERS";
-
 /// What the kits' classes talk to when a program names nothing.
 const KITS_HOST: &str = "192.168.7.2";
 
 /// What `FT_TXT_HOST` says; `None` when it is not set.
 pub(crate) fn from_environment() -> Option<String> {
     variable(VARIABLE)
-}
-
-/// Whether `tx_run` has started the program. Then `FT_TXT_HOST` is the controller that it has said.
-pub(crate) fn is_of_tx_run() -> bool {
-    variable(OF_TX_RUN).is_some()
 }
 
 /// What an environment variable says; `None` when it is empty or not set.

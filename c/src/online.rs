@@ -21,6 +21,11 @@ const MARK: &str = "mark";
 /// The empty file in it that stays when the first transfer has begun.
 const BEGUN: &str = "begun";
 
+/// Whether `tx_run` has started the program. Then `FT_TXT_HOST` is the controller that it has said.
+pub(crate) fn is_of_tx_run() -> bool {
+    host::variable(VARIABLE).is_some()
+}
+
 /// The mark of this process.
 static MARKED: Mutex<Option<Mark>> = Mutex::new(None);
 

@@ -18,8 +18,8 @@ use std::time::Duration;
 
 use ft_transfer_area::{find_controllers, ConnectionKind, SearchOptions};
 
-use crate::host;
 use crate::port_entries::entries;
+use crate::{host, online};
 
 /// The file with COM ports.
 const FILE: &str = "ft_txt_ports";
@@ -65,7 +65,7 @@ impl Ports {
         let mut ports = Self {
             named: Vec::new(),
             others: host::from_environment(),
-            is_chosen: host::is_of_tx_run(),
+            is_chosen: online::is_of_tx_run(),
         };
         let variable = host::variable("FT_TXT_PORTS").unwrap_or_default();
         ports.add("FT_TXT_PORTS", &variable);
