@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{bounded, unbounded, Receiver, RecvTimeoutError, Sender, TryRecvError};
+use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError};
 use ft_transfer_area::{
     CameraFrame, CycleLog, EventKind, Events, IoError, LogEntry, LoggedCycle, Statistics,
     TimedEvent, TransferAreaComHandler, TransferAreas,
@@ -33,6 +33,9 @@ const STATISTICS: Duration = Duration::from_secs(1);
 
 /// How long the beginning and the end of a recording may take. A disk that takes nothing for so long stands still.
 const DISK_LIMIT: Duration = Duration::from_secs(5);
+
+/// How many names wait for the disk.
+const RENAMES: usize = 16;
 
 /// How many pictures wait for the disk, and how many bytes they may have.
 const FRAMES: usize = 32;
@@ -278,7 +281,7 @@ impl Recorder {
         limit: Duration,
     ) -> Result<Self, Error> {
         let (sender, frames) = bounded(FRAMES);
-        let (rename, renames) = unbounded();
+        let (rename, renames) = bounded(RENAMES);
         let state = Arc::new(State { path: Mutex::new(path.clone()), ..State::default() });
         let within = source.within();
         let begin_at = within.as_ref().map_or_else(Instant::now, |(since, _)| *since);
@@ -361,8 +364,8 @@ impl Recorder {
     /// # Errors
     ///
     /// Another recording is being written into the file that has the name, the operating system refuses it, the disk
-    /// takes nothing in these 5 s, nothing more is recorded because of an [`error`](Self::error), or this is a
-    /// recording in parts. The recording goes on under the name that it had.
+    /// takes nothing in these 5 s, 16 earlier names still wait for it, nothing more is recorded because of an
+    /// [`error`](Self::error), or this is a recording in parts. The recording goes on under the name that it had.
     pub fn rename(&mut self, path: impl AsRef<Path>) -> Result<(), Error> {
         self.begin_rename(path)?;
         self.renamed(Duration::MAX).unwrap_or(Ok(()))
@@ -372,7 +375,7 @@ impl Recorder {
     ///
     /// # Errors
     ///
-    /// This is a recording in parts.
+    /// This is a recording in parts, or 16 earlier names still wait for the disk.
     pub fn begin_rename(&mut self, path: impl AsRef<Path>) -> Result<(), Error> {
         self.begin_rename_within(path.as_ref(), DISK_LIMIT)
     }
@@ -385,9 +388,13 @@ impl Recorder {
         }
         let until = Instant::now() + limit;
         let (sender, done) = bounded(1);
-        if let Some(renames) = &self.renames {
-            // Without a thread, the end of the other one says so.
-            let _ = renames.send(Rename { to: to.clone(), until, done: sender });
+        let rename = Rename { to: to.clone(), until, done: sender };
+        // Without a thread, the end of the other one says so.
+        let sent = self.renames.as_ref().map_or(Ok(()), |renames| renames.try_send(rename));
+        if matches!(sent, Err(TrySendError::Full(_))) {
+            let cause =
+                io::Error::new(io::ErrorKind::WouldBlock, "earlier names still wait for the disk");
+            return Err(Error::Write { path: to, cause: cause.into(), cycles: 0 });
         }
         self.renaming = Some(Renaming { to, until, done });
         Ok(())
@@ -888,6 +895,9 @@ mod tests {
         assert!(begin.elapsed() < Duration::from_millis(200), "it waits for nothing");
         let error = recorder.renamed(Duration::MAX).unwrap().unwrap_err();
         assert!(format!("{error:#}").contains("has not taken the new name"), "{error:#}");
+        let mut more = (0..100).map(|_| recorder.begin_rename_within(&path, Duration::ZERO));
+        let error = more.find_map(Result::err).expect("they do not wait without a limit");
+        assert!(format!("{error:#}").contains("earlier names still wait"), "{error:#}");
         (2..=20).for_each(&mut cycle);
         let reads = std::thread::spawn(move || io::copy(&mut reader, &mut io::sink()).unwrap());
         assert_eq!(recorder.path(), pipe);
