@@ -7,13 +7,14 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::file::open_alone;
+use crate::file::{hold, open_alone};
 
 /// When a recording goes on in a new file, and how much of it is kept.
 ///
 /// A recording into `run.mcap` has the files `run-0001.mcap`, `run-0002.mcap` and so on. It never replaces a file: if
-/// there are some of an earlier recording, it goes on with the number after the highest one. It deletes only files
-/// that it has made itself: what somebody has put in the place of one stays, unless it has the same size.
+/// there are some of an earlier recording, it goes on with the number after the highest one. As long as another recording
+/// writes that one, it does not begin. It deletes only files that it has made itself: what somebody has put in the place
+/// of one stays, unless it has the same size.
 ///
 /// Each part can be read without the others: it begins with the name of the controller and its firmware, as
 /// [`Transfer::Began`](crate::Transfer::Began). Each cycle is in exactly one part.
@@ -51,6 +52,11 @@ impl Parts {
     pub fn keep(self, bytes: u64) -> Self {
         Self { keep: bytes.max(2 * LEAST), ..self }
     }
+
+    /// Whether there may be a second file.
+    fn are_several(self) -> bool {
+        self != Self::of_bytes(u64::MAX)
+    }
 }
 
 const LEAST: u64 = 50_000;
@@ -69,17 +75,31 @@ pub(crate) struct Files {
     number: u64,
     /// Those that are written and may be deleted, with their sizes; the oldest first.
     made: VecDeque<(PathBuf, u64)>,
-    /// Since when the newest one is written.
-    since: Instant,
+    /// Since when the newest one is written, if one is.
+    since: Option<Instant>,
 }
 
 impl Files {
     /// The files beside this path, of which none is made yet.
     pub(crate) fn beside(path: &Path, parts: Parts) -> io::Result<Self> {
-        let number = parts_of(path)?.last().map_or(1, |(number, _)| number + 1);
+        let there = parts_of(path)?;
+        let number = there.last().map_or(1, |(number, _)| number + 1);
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let (name, made) = (name_of(path), VecDeque::new());
-        Ok(Self { parts, name, folder, number, made, since: Instant::now() })
+        let files = Self { parts, name, folder, number, made, since: None };
+        there.last().map_or(Ok(()), |(_, newest)| files.ensure_alone(newest))?;
+        Ok(files)
+    }
+
+    /// Two that take their numbers in turn would be shown as one recording. One that goes on does not end for that.
+    fn ensure_alone(&self, newest: &Path) -> io::Result<()> {
+        match hold(newest) {
+            Err(_) if self.since.is_none() && self.parts.are_several() => Err(io::Error::new(
+                ErrorKind::ResourceBusy,
+                "another recording with this name is being written",
+            )),
+            _ => Ok(()),
+        }
     }
 
     /// Makes the next file.
@@ -90,7 +110,7 @@ impl Files {
             self.number += 1;
             match open_alone(OpenOptions::new().write(true).create_new(true), &path) {
                 Ok(file) => {
-                    self.since = Instant::now();
+                    self.since = Some(Instant::now());
                     return Ok((path, file));
                 }
                 // Somebody else has made it meanwhile.
@@ -98,7 +118,10 @@ impl Files {
                     if matches!(
                         error.kind(),
                         ErrorKind::AlreadyExists | ErrorKind::ResourceBusy
-                    ) => {}
+                    ) =>
+                {
+                    self.ensure_alone(&path)?
+                }
                 Err(error) => return Err(error),
             }
         }
@@ -107,7 +130,7 @@ impl Files {
     /// Whether the next one is to begin when the newest has this size.
     pub(crate) fn is_full(&self, bytes: u64) -> bool {
         bytes >= self.parts.bytes.min(self.parts.keep / 2)
-            || self.since.elapsed() >= self.parts.time
+            || self.since.is_some_and(|since| since.elapsed() >= self.parts.time)
     }
 
     /// This file is written.

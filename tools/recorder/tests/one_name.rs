@@ -2,6 +2,9 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Barrier;
+use std::thread;
+use std::time::Duration;
 
 use ft_transfer_area::{FishX1Transfer, LoggedCycle, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Options, Parts, Recorded, Recorder, Recording};
@@ -62,10 +65,43 @@ fn a_file_that_another_recorder_writes_is_refused_and_stays() {
 fn a_part_that_is_written_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
-    let parts = Options::default().parts(Parts::of_bytes(1 << 30));
-    let (recorder, _feed) = Recorder::fed(&path, parts).unwrap();
+    let start = |parts| Recorder::fed(&path, Options::default().parts(parts));
+    let (recorder, _feed) = start(Parts::of_bytes(1 << 30)).unwrap();
     let refused = Recorder::fed(recorder.newest(), Options::default()).map(drop).unwrap_err();
     assert!(format!("{refused:#}").ends_with(REFUSED), "{refused:#}");
+
+    // Its next part is not another recording's.
+    let several = [Parts::of_bytes(1 << 30), Parts::of_time(Duration::from_secs(1))];
+    for parts in several {
+        let refused = format!("{:#}", start(parts).map(drop).unwrap_err());
+        assert!(
+            refused.ends_with("another recording with this name is being written"),
+            "{refused}"
+        );
+    }
+    // One that has a single part may have the next number.
+    let (single, _feed) = start(Parts::of_bytes(u64::MAX)).unwrap();
+    assert_eq!(single.newest(), folder.path().join("run-0002.mcap"));
+    single.finish().unwrap();
+    recorder.finish().unwrap();
+    let (next, _feed) = start(several[0]).unwrap();
+    assert_eq!(next.newest(), folder.path().join("run-0003.mcap"));
+}
+
+#[test]
+fn of_several_recordings_in_parts_that_begin_together_one_begins() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let all = Barrier::new(8);
+    let start = || {
+        all.wait();
+        Recorder::fed(&path, Options::default().parts(Parts::of_bytes(1 << 30)))
+    };
+    let begun: Vec<_> = thread::scope(|scope| {
+        let threads = [(); 8].map(|()| scope.spawn(start));
+        threads.into_iter().filter_map(|begun| begun.join().unwrap().ok()).collect()
+    });
+    assert!(begun.len() <= 1, "{:?}", names(folder.path()));
 }
 
 #[cfg_attr(windows, ignore = "Wine replaces no file that is open")]
