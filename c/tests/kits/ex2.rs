@@ -191,10 +191,8 @@ fn failures_are_codes_with_the_reason_on_the_standard_error() {
 
     let txt =
         simulated().fault(Fault::at_response(40, FaultKind::Close { after: 0 })).start().unwrap();
-    let Some(mut running) = started(&txt, "") else { return };
+    let Some(mut running) = started(&txt, "stay") else { return };
     running.expect("ended");
-    let ended = running.end();
-    ended.well();
-    let ends = format!("the transfer with {} has ended", txt.address());
-    assert!(ended.err.contains(&ends), "{}", ended.err);
+    running.expect_error(&format!("the transfer with {} has ended", txt.address()));
+    running.kill();
 }

@@ -468,10 +468,8 @@ fn an_error_output_that_takes_nothing_changes_nothing() {
 fn a_controller_that_goes_away_ends_the_transfer() {
     let txt =
         simulated().fault(Fault::at_response(60, FaultKind::Close { after: 0 })).start().unwrap();
-    let Some(mut running) = started(&txt, "wait") else { return };
+    let Some(mut running) = started(&txt, "stay") else { return };
     running.expect("ended");
-    let ended = running.end();
-    ended.well();
-    let ends = format!("the transfer with {} has ended", txt.address());
-    assert!(ended.err.contains(&ends), "{}", ended.err);
+    running.expect_error(&format!("the transfer with {} has ended", txt.address()));
+    running.kill();
 }

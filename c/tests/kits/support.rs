@@ -147,6 +147,12 @@ impl Running {
         }
     }
 
+    /// Reads from the standard error until there is a line with this. A busy computer writes it late.
+    pub(crate) fn expect_error(&mut self, part: &str) {
+        let mut lines = BufReader::new(self.child.stderr.take().unwrap()).lines();
+        assert!(lines.any(|line| line.unwrap().contains(part)), "no error {part:?}");
+    }
+
     fn fail(&mut self, what: &str) -> ! {
         // It may have ended already.
         let _ = self.child.kill();

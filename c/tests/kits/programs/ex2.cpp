@@ -187,6 +187,7 @@ int main(int argc, char *argv[])
     }
     while (!stopWhile && ComHandler->ftxIsTransferActiv()) pause_ms(5);
     say(ComHandler->ftxIsTransferActiv() ? "active" : "ended");
+    if (what == "stay") pause_ms(60000);
     ComHandler->PrintIO(LOCAL_IO);
     ComHandler->PrintIR(LOCAL_IO);
     if (ComHandler->IsSlaveActive() != (what == "slave" ? 1 : 0)) return 8;

@@ -589,6 +589,9 @@ int main(int argc, char *argv[])
         return 3;
     }
     say(MotorIOLib_ThreadIsRunning() ? "input" : "ended");
+    if (strcmp(what, "stay") == 0) {
+        sleep(60);
+    }
     if (strcmp(what, "crash") == 0) {
         abort();
     }
