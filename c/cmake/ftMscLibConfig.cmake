@@ -65,12 +65,11 @@ elseif(NOT TARGET ftMscLib::library)
         set_property(TARGET ftMscLib::${kind} APPEND PROPERTY INTERFACE_COMPILE_OPTIONS ${_ftMscLib_OPTIONS})
     endforeach()
     # No library calls a function of the program in place of the C library's of the same name, such as close.
-    foreach(kind IN ITEMS robo_tx pc txt)
-        if(NOT WIN32)
-            set_property(TARGET ftMscLib::${kind} APPEND PROPERTY INTERFACE_COMPILE_OPTIONS
-                "$<$<COMPILE_LANGUAGE:C>:-fvisibility=hidden>")
-        endif()
-    endforeach()
+    if(NOT WIN32)
+        foreach(kind IN ITEMS robo_tx pc txt kit kit466 fttxtlib)
+            set_property(TARGET ftMscLib::${kind} APPEND PROPERTY INTERFACE_COMPILE_OPTIONS -fvisibility=hidden)
+        endforeach()
+    endif()
     set_property(TARGET ftMscLib::kit466 APPEND PROPERTY INTERFACE_COMPILE_OPTIONS -O0)
 endif()
 

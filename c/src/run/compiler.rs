@@ -77,7 +77,7 @@ impl Language {
                 "-Wno-error=int-conversion",
                 "-Wno-error=incompatible-pointer-types",
             ],
-            Self::Cpp => &["-std=gnu++14", "-O0", "-g", NO_CHECKS],
+            Self::Cpp => &["-std=gnu++14", "-O0", "-g", NO_CHECKS, HIDDEN],
         }
     }
 

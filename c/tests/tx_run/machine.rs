@@ -149,14 +149,16 @@ fn a_programs_functions_may_have_names_of_the_c_librarys() {
     if !has_compiler() {
         return;
     }
-    let txt = txt().start().unwrap();
-    let ports = format!("COM4={}", txt.address());
-    let run = Run::start(tx_run(&[]).arg(program("names.c")).env("FT_TXT_PORTS", &ports));
-    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
-    txt.with_machine(|machine| machine.controllers[0].uni[0] = 1);
-    let ended = run.end();
-    ended.well();
-    assert_eq!(ended.out.trim_end(), "2 further calls");
+    for (source, out) in [("names.c", "2 further calls"), ("names.cpp", "")] {
+        let txt = txt().start().unwrap();
+        let ports = format!("COM4={}", txt.address());
+        let run = Run::start(tx_run(&[]).arg(program(source)).env("FT_TXT_PORTS", &ports));
+        wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+        txt.with_machine(|machine| machine.controllers[0].uni[0] = 1);
+        let ended = run.end();
+        ended.well();
+        assert_eq!(ended.out.trim_end(), out, "{source}");
+    }
 }
 
 #[test]

@@ -222,3 +222,11 @@ impl Run {
         Ended { status: status.code(), out: text(&self.out), err: text(&self.err) }
     }
 }
+
+impl Drop for Run {
+    fn drop(&mut self) {
+        // Nothing is left behind by a test that has failed.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
