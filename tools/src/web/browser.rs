@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs, io, thread};
 
 #[cfg(unix)]
-use nix::fcntl::{Flock, FlockArg};
+use ft_transfer_area_recorder::file::open_alone;
 use tempfile::{Builder, TempDir};
 use webbrowser::{Browser, BrowserOptions};
 
@@ -17,17 +17,12 @@ const PREFIX: &str = "txt-";
 const NAME: &str = "open.html";
 const HEAD: &str = "<!doctype html>\n<meta charset=\"utf-8\">\n<title>txt</title>\n";
 
-/// The file is locked as long as this process lives.
-#[cfg(unix)]
-type Lock = Option<Flock<fs::File>>;
-#[cfg(not(unix))]
-type Lock = Option<()>;
-
 /// The file that leads to the page, in a folder of its own. It is removed when this is dropped.
 #[derive(Default)]
 #[must_use]
 pub(crate) struct Opening {
-    _folder: Option<(TempDir, Lock)>,
+    /// The open file is locked as long as this process lives, on Unix.
+    _folder: Option<(TempDir, Option<fs::File>)>,
 }
 
 impl Opening {
@@ -51,7 +46,7 @@ fn show() {
 }
 
 /// A file that leads to this address.
-fn write(url: &str, place: &Path) -> io::Result<(TempDir, Lock)> {
+fn write(url: &str, place: &Path) -> io::Result<(TempDir, Option<fs::File>)> {
     let mut builder = Builder::new();
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o700));
@@ -65,14 +60,14 @@ fn write(url: &str, place: &Path) -> io::Result<(TempDir, Lock)> {
     let text = format!(
         "{HEAD}<meta http-equiv=\"refresh\" content=\"0; url={url}\">\n<a href=\"{url}\">txt</a>\n"
     );
-    let mut file = options.open(folder.path().join(NAME))?;
+    let path = folder.path().join(NAME);
     // As long as it is empty, nobody removes it.
     #[cfg(unix)]
-    let lock = Flock::lock(file.try_clone()?, FlockArg::LockExclusiveNonblock).ok();
+    let mut file = open_alone(&options, &path)?;
     #[cfg(not(unix))]
-    let lock = None;
+    let mut file = options.open(path)?;
     file.write_all(text.as_bytes())?;
-    Ok((folder, lock))
+    Ok((folder, cfg!(unix).then_some(file)))
 }
 
 /// Removes what others of the user who has this new folder have left. Nothing depends on it, so errors do not matter.
@@ -89,12 +84,10 @@ fn remove_left(place: &Path, new: &Path) {
             && fs::read_dir(folder.path()).is_ok_and(|files| files.count() == 1)
             && fs::symlink_metadata(&file).is_ok_and(|file| file.is_file())
             && fs::read(&file).is_ok_and(|text| text.starts_with(HEAD.as_bytes()));
-        let open = is_own.then(|| fs::File::open(&file).ok()).flatten();
-        let lock = open.map(|open| Flock::lock(open, FlockArg::LockExclusiveNonblock));
-        if lock.is_some_and(|lock| lock.is_ok()) {
-            let _ = fs::remove_file(file);
-            let _ = fs::remove_dir(folder.path());
-        }
+        let open = || open_alone(fs::OpenOptions::new().read(true), &file);
+        let Some(Ok(_open)) = is_own.then(open) else { continue };
+        let _ = fs::remove_file(file);
+        let _ = fs::remove_dir(folder.path());
     }
 }
 
