@@ -175,13 +175,19 @@ impl Exchange {
         all.flat_map(|controller| controller.duty).all(|duty| duty == 0)
     }
 
-    /// Whether it gives no command but to stop.
+    /// Whether it stops the master, and the extension has the duties that it had in an earlier one.
+    pub(crate) fn stops_master_alone(&self, earlier: &Self) -> bool {
+        let duties = |exchange: &Self| exchange.extension.map(|extension| extension.duty);
+        self.master.duty == [0; 8] && duties(self) == duties(earlier)
+    }
+
+    /// Whether it gives the master no command but to stop. An extension has at first the duties of the session before.
     pub(crate) fn only_stops(&self) -> bool {
         let ExchangeData { motor_command_id, counter_reset_id, distance, sound_index, .. } =
             self.master;
         let orders = motor_command_id.into_iter().any(|id| id > 1)
             || counter_reset_id.into_iter().chain(distance).any(|order| order > 0);
-        self.is_off() && !orders && sound_index == SILENCE
+        self.master.duty == [0; 8] && !orders && sound_index == SILENCE
     }
 
     /// The number in the duties; 0 if they are 0. The whole exchange if they are torn.

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::Case;
+use super::{after, Case, GRACE};
 use crate::programs::record::{Call, Exchange, What, Who};
 
 /// What is written under one lock goes out in one request, and nothing that nobody wrote; inputs are of one
@@ -23,10 +23,14 @@ pub(super) fn whole(case: &Case<'_>) -> Vec<String> {
         }
     }
     for connection in case.connections() {
-        // A simple exchange is for the master only, and the first response says that there is an extension.
-        if let Some(torn) =
-            connection.iter().skip(1).find(|exchange| !case.setup.simple && !exchange.agrees())
-        {
+        // A simple exchange is for the master only, and the first response says that there is an extension. When it does
+        // not come, the last request is for the master only, too.
+        let first = match connection {
+            [first, last] if last.stops_master_alone(first) => 2,
+            _ => 1,
+        };
+        let mut named = connection.iter().skip(first);
+        if let Some(torn) = named.find(|exchange| !case.setup.simple && !exchange.agrees()) {
             breaches.push(format!("torn between controllers: {torn:?}"));
         }
     }
@@ -133,8 +137,9 @@ pub(super) fn last_before_stop(connection: &[Exchange]) -> Option<Instant> {
     Some(last.at)
 }
 
-/// Whether a transfer has begun between two times.
+/// Whether a transfer has begun between two times, even if the thread that began it has not noted it yet.
 fn begun_before(case: &Case<'_>, from: Instant, to: Instant) -> bool {
     let mut begins = case.trace.calls.iter().filter(|call| call.what == What::Begin);
-    begins.any(|call| call.result.is_ok() && from < call.end && call.end < to)
+    let noted = after(to, GRACE);
+    begins.any(|call| call.result.is_ok() && from < call.end && call.start < to && call.end < noted)
 }

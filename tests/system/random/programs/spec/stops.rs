@@ -58,11 +58,15 @@ fn stopped(
         if first >= from && begun_between(case, from, first) {
             continue;
         }
-        let on = |exchange: &&Exchange| exchange.at > to && !exchange.is_off();
+        // Until a first response says that there is an extension, it has the duties of the session before.
+        let is_on = |exchange: &Exchange| {
+            !exchange.is_off() && !exchange.stops_master_alone(&connection[0])
+        };
+        let on = |exchange: &&Exchange| exchange.at > to && is_on(exchange);
         let on: Vec<&Exchange> = connection.iter().filter(on).collect();
         let deadline = after(to, SOON);
         let index = connection.partition_point(|exchange| exchange.at <= to);
-        let was_on = index.checked_sub(1).is_some_and(|index| !connection[index].is_off());
+        let was_on = index.checked_sub(1).is_some_and(|index| is_on(&connection[index]));
         let next = connection.get(index);
         if on.len() > most {
             breaches.push(format!(
