@@ -5,21 +5,18 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::{Config, OutputValues, TxtOutputs, MAX_AREAS};
-use ft_transfer_area::wire::{
-    CmprHeader, CommandId, ExchangeData, Expander, QueryStatusResponse, ResponseId, UpdateConfig,
-    ID_LEN,
-};
-use ft_transfer_area::{Exchange, FirmwareVersion, FishX1Transfer, TransferMode};
+use ft_transfer_area::transfer_area::MAX_AREAS;
+use ft_transfer_area::wire::{CommandId, QueryStatusResponse, ResponseId};
+use ft_transfer_area::FirmwareVersion;
 
+use super::online::Online;
+use super::outgoing::{Outgoing, Sent};
 use super::unanswered::{Answered, Unanswered, Waiting};
 use super::Reader;
-use crate::seen::{unknown_area, Cycle, Farewell, Happened, Side, UnansweredExchanges, Unknown};
+use crate::seen::{Farewell, Happened, Side, UnansweredExchanges, Unknown};
 use crate::watch::changes::name;
 use crate::watch::packet::{command_size, id, response_size, Inbox};
 
-/// Words per area in a compressed command.
-const WORDS: usize = 27;
 /// An exchange that has no answer for so long is shown without it: the controller may have its outputs.
 const SHOWN_AFTER: Duration = Duration::from_millis(200);
 
@@ -45,49 +42,6 @@ pub(super) struct MainReader {
     /// What the program had sent last then.
     left: Option<Box<Sent>>,
     last_response: Option<Instant>,
-}
-
-/// What the program sends, as of its last command.
-#[derive(Default)]
-struct Outgoing {
-    expander: Expander,
-    areas: Sent,
-    config_updates: u64,
-    /// For which areas a configuration was ignored since the last exchange, one bit each, bit 0 the master.
-    ignored: u16,
-}
-
-/// Configurations and outputs of all areas.
-pub(super) type Sent = [SentArea; MAX_AREAS];
-
-#[derive(Clone, Copy)]
-pub(super) struct SentArea {
-    /// It was configured, or took part in an exchange.
-    is_used: bool,
-    /// Of the configuration that the controller has taken.
-    config_id: u8,
-    config: Config,
-    output: OutputValues,
-    txt_outputs: TxtOutputs,
-}
-
-impl Default for SentArea {
-    /// After StartOnline.
-    fn default() -> Self {
-        let FishX1Transfer { config, output, txt_outputs, .. } = unknown_area();
-        Self { is_used: false, config_id: 0, config, output, txt_outputs }
-    }
-}
-
-/// What the controller sends, since StartOnline.
-struct Online {
-    simple: Exchange,
-    compressed: Exchange,
-    areas: [FishX1Transfer; MAX_AREAS],
-    /// The extensions in the last response, bit 0 the first.
-    alive: u16,
-    cycles: u64,
-    last: Option<Instant>,
 }
 
 impl Reader for MainReader {
@@ -310,132 +264,5 @@ impl MainReader {
             report(Happened::NotUnderstood { side, why });
             self.end(report);
         }
-    }
-}
-
-impl Outgoing {
-    fn configure(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let update = UpdateConfig::parse(bytes).map_err(|error| error.to_string())?;
-        self.config_updates += 1;
-        let index = usize::try_from(update.extension_id).ok();
-        if let Some(area) = index.and_then(|index| self.areas.get_mut(index)) {
-            area.is_used = true;
-            // Only these bits count, for the controller as in a transfer area.
-            let config_id = update.config_id as u8;
-            if config_id != area.config_id {
-                (area.config_id, area.config) = (config_id, update.config);
-            } else if update.config != area.config {
-                self.ignored |= 1 << update.extension_id;
-            }
-        }
-        Ok(())
-    }
-
-    fn simple(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let data = ExchangeData::parse(bytes).map_err(|error| error.to_string())?;
-        self.areas[0].take(&data);
-        Ok(())
-    }
-
-    fn compressed(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let (header, data) = bytes.split_at(CmprHeader::LEN);
-        let header = CmprHeader::parse_command(header).map_err(|error| error.to_string())?;
-        let count = WORDS * (1 + header.active_extensions.count_ones() as usize);
-        let words = self.expander.expand(data, count, header.crc);
-        let words = words.map_err(|error| error.to_string())?;
-        let takes_part =
-            |area: &usize| *area == 0 || header.active_extensions & 1 << (area - 1) != 0;
-        let indices = (0..=u16::BITS as usize).filter(takes_part);
-        for (words, index) in words.chunks_exact(WORDS).zip(indices) {
-            // The mask has bits for more extensions than there can be areas.
-            if let Some(area) = self.areas.get_mut(index) {
-                area.take(&outputs(words)?);
-            }
-        }
-        Ok(())
-    }
-}
-
-/// The outputs of one area in its words of a compressed command, which are those of the simple one.
-fn outputs(words: &[u16]) -> Result<ExchangeData, String> {
-    let mut packet = Vec::with_capacity(ExchangeData::LEN);
-    CommandId::ExchangeData.emit(&mut packet);
-    words.iter().for_each(|word| packet.extend_from_slice(&word.to_le_bytes()));
-    packet.resize(ExchangeData::LEN, 0);
-    ExchangeData::parse(&packet).map_err(|error| error.to_string())
-}
-
-const _: () = assert!(ID_LEN + 2 * WORDS <= ExchangeData::LEN);
-
-impl SentArea {
-    fn take(&mut self, data: &ExchangeData) {
-        self.is_used = true;
-        *self.output.duty = data.duty;
-        // Other numbers mean nothing to a controller.
-        *self.output.master = data.master.map(|master| u8::try_from(master).unwrap_or_default());
-        *self.output.distance = data.distance;
-        *self.output.motor_ex_cmd_id = data.motor_command_id;
-        *self.output.cnt_reset_cmd_id = data.counter_reset_id;
-        self.txt_outputs.sound_cmd_id = data.sound_command_id;
-        self.txt_outputs.sound_index = data.sound_index;
-        self.txt_outputs.sound_repeat = data.sound_repeat;
-    }
-}
-
-impl Online {
-    fn new(firmware: FirmwareVersion) -> Self {
-        Self {
-            simple: Exchange::new(TransferMode::Simple, firmware),
-            compressed: Exchange::new(TransferMode::Compressed, firmware),
-            areas: [FishX1Transfer::default(); MAX_AREAS],
-            alive: 0,
-            cycles: 0,
-            last: None,
-        }
-    }
-
-    fn exchange(
-        &mut self,
-        at: Instant,
-        response: ResponseId,
-        bytes: &[u8],
-        sent: &Sent,
-    ) -> Result<Cycle, String> {
-        // No other response than these two is an exchange's.
-        let is_simple = response == ResponseId::ExchangeData;
-        let exchange = if is_simple { &mut self.simple } else { &mut self.compressed };
-        let inputs = exchange.receive(bytes).map_err(|error| error.to_string())?;
-        inputs.apply(&mut self.areas);
-        for area in &mut self.areas {
-            // These belong to a program.
-            area.input.cnt_resetted = Default::default();
-            area.input.motor_ex_reached = Default::default();
-        }
-        self.cycles += 1;
-        let last = self.last.replace(at);
-        self.alive = inputs.alive();
-        Ok(Cycle {
-            number: self.cycles,
-            since_last: last.map(|last| at.saturating_duration_since(last)),
-            answer: None,
-            config_updates: 0,
-            areas: self.areas_with(sent),
-        })
-    }
-
-    /// What was sent, with the inputs of the last response.
-    fn areas_with(&mut self, sent: &Sent) -> Vec<FishX1Transfer> {
-        for (area, sent) in self.areas.iter_mut().zip(sent) {
-            area.state.config_id = sent.config_id;
-            area.config = sent.config;
-            area.output = sent.output;
-            area.txt_outputs = sent.txt_outputs;
-        }
-        let takes_part = |area: &usize| {
-            let is_alive = |bit| self.alive >> bit & 1 != 0;
-            sent[*area].is_used || area.checked_sub(1).is_some_and(is_alive)
-        };
-        let count = (1..MAX_AREAS).rev().find(takes_part).map_or(1, |last| last + 1);
-        self.areas[..count].to_vec()
     }
 }

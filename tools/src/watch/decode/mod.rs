@@ -7,6 +7,8 @@
 mod camera;
 mod i2c;
 mod main_line;
+mod online;
+mod outgoing;
 mod unanswered;
 
 use std::collections::BTreeMap;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::{CommandId, ResponseId};
 
-use super::main_line::Sent;
+use super::outgoing::Sent;
 use crate::seen::{Happened, KEPT_MAX, NO_ANSWER};
 
 /// The commands without a response. Older ones that have no room are forgotten and counted, because their responses
