@@ -46,8 +46,8 @@ impl<'a> Program<'a> {
         }
         self.record.set_doing(self.thread, Some("dropping its guards".to_owned()));
         self.drop_kept(|_| true);
-        self.record.set_doing(self.thread, Some("dropping its recorders".to_owned()));
         for which in 0..self.slots.len() {
+            self.record.set_doing(self.thread, Some(format!("dropping recorder {which}")));
             self.end_recording(which, EndRecording::Drop);
         }
         self.record.set_doing(self.thread, None);
