@@ -181,9 +181,10 @@ fn changed(file: &fs::Metadata) -> Option<String> {
 }
 
 /// The key of what is compiled from this text, and what else distinguishes it from others. `None` when the compiler
-/// reads a precompiled header for it.
+/// reads a precompiled header for it, or other parts of the source than the preprocessor alone.
 pub(crate) fn of(text: &[u8], others: &[&[u8]]) -> Option<Key> {
-    if String::from_utf8_lossy(text).contains("pch_preprocess") {
+    let lossy = String::from_utf8_lossy(text);
+    if lossy.contains("pch_preprocess") || lossy.lines().any(changes_options) {
         return None;
     }
     let mut hasher = XxHash3_128::new();
@@ -192,6 +193,16 @@ pub(crate) fn of(text: &[u8], others: &[&[u8]]) -> Option<Key> {
         hasher.write(part);
     }
     Some(Key(hasher.finish_128()))
+}
+
+/// Whether this line of a preprocessed text changes options of gcc. Macros such as `__AVX2__` depend on them, but up to
+/// gcc 12 only where it compiles.
+fn changes_options(line: &str) -> bool {
+    const CHANGES: [&str; 5] =
+        ["target", "optimize", "push_options", "pop_options", "reset_options"];
+    let mut words = line.split_ascii_whitespace();
+    (words.next(), words.next()) == (Some("#pragma"), Some("GCC"))
+        && words.next().is_some_and(|word| CHANGES.iter().any(|change| word.starts_with(change)))
 }
 
 /// A text with a fixed name for the build folder, which has another one each time.
@@ -372,7 +383,12 @@ mod tests {
         ] {
             assert_ne!(Some(key), of(text, other, "/x"));
         }
-        assert_eq!(of("#pragma GCC pch_preprocess \"h.h.gch\"", "", "/x"), None);
+        for pragma in
+            ["pch_preprocess \"h.h.gch\"", "target(\"avx2\")", "optimize \"O2\"", "pop_options"]
+        {
+            assert_eq!(of(&format!("int a;\n#pragma GCC {pragma}\n"), "", "/x"), None, "{pragma}");
+        }
+        assert!(of("#pragma GCC visibility push(default)\n#pragma once\n", "", "/x").is_some());
     }
 
     #[test]

@@ -54,6 +54,15 @@ const CASES: &[Case] = &[
         is_kept: true,
     },
     Case {
+        name: "a file that only the compiler asks for, with options of a pragma",
+        source: "_Pragma(\"GCC optimize(2)\")\n#if defined __OPTIMIZE__ && __has_include(\"flag.h\")\n\
+            #define V 2\n#else\n#define V 1\n#endif\nint main(void) { return V; }\n",
+        before: &[],
+        after: &[("flag.h", "")],
+        line: &["CC=gcc"],
+        is_kept: false,
+    },
+    Case {
         name: "what is in a file of options",
         source: BY_DEFINITION,
         before: &[("options", "-DV=1")],
