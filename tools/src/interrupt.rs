@@ -175,6 +175,18 @@ fn ignores(signal: Signal) -> bool {
     ignored.is_some_and(|bits| bits >> (signal as i32 - 1) & 1 == 1)
 }
 
+/// Has signals end this program also where who has started it holds them back. All threads take this over from the first
+/// one.
+pub(crate) fn take_ends() {
+    #[cfg(unix)]
+    {
+        let ends: SigSet = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP].into_iter().collect();
+        if let Err(error) = ends.thread_unblock() {
+            log::warn!("signals may not end this program: {error}");
+        }
+    }
+}
+
 /// A limit for the size of files (`ulimit -f`) makes an error of a write, not the end of a program that drives. All
 /// threads take this over from the first one.
 pub(crate) fn outlive_full_files() {

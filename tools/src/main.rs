@@ -99,6 +99,7 @@ fn main() -> ExitCode {
     let asked = std::env::var_os(env_logger::DEFAULT_FILTER_ENV).is_some();
     let mut logger = env_logger::Builder::from_env(Env::default().default_filter_or(LOG));
     logger.target(Target::Pipe(Box::new(lines::Log::new(asked)))).init();
+    interrupt::take_ends();
     interrupt::outlive_full_files();
     interrupt::wait_for_children();
     if std::env::args_os().len() == 1 {

@@ -129,6 +129,28 @@ fn without_hangup(arguments: &[&str]) -> Command {
 }
 
 #[test]
+fn signals_end_commands_that_were_started_where_they_are_held_back() {
+    let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
+    let (host, path) = (txt.address().to_string(), in_folder(&folder, "run.mcap"));
+    for arguments in [
+        &["record", &host, "-o", &path][..],
+        &["watch", &host, "--port", "0", "--no-page"],
+        &["simulate", "--port", "0"],
+    ] {
+        let mut blocked = Command::new("env");
+        blocked.arg("--block-signal=INT,TERM,HUP").arg(env!("CARGO_BIN_EXE_txt")).args(arguments);
+        let running = Running::start(&mut blocked);
+        if arguments[0] == "record" {
+            assert!(txt.wait_until(|machine| machine.exchanges() > 20, DEADLINE));
+        } else {
+            running.line();
+        }
+        running.signal("TERM");
+        assert!(running.leaves_nothing(), "{arguments:?}: it does not end");
+    }
+}
+
+#[test]
 fn with_nohup_a_closed_terminal_ends_nothing() {
     let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
     let (path, host) = (in_folder(&folder, "run.mcap"), txt.address().to_string());

@@ -156,7 +156,7 @@ mod unix {
     }
 
     /// From now on signals do not end this process. One that it was started to ignore, as by `nohup`, the program
-    /// ignores, too.
+    /// ignores, too. One that who has started it holds back is let through, also to the program.
     pub(crate) fn take_up() -> io::Result<()> {
         // Where who started this process ignores the ends of children, nobody could wait for them.
         // SAFETY: no handler is set.
@@ -166,8 +166,21 @@ mod unix {
             flag::register_usize(*signal, Arc::clone(&LAST), *signal as usize)?;
         }
         let signals = SignalsInfo::<WithRawSiginfo>::new(ends)?;
+        let_through();
         thread::Builder::new().name("signals".into()).spawn(move || pass_on(signals))?;
         Ok(())
+    }
+
+    /// In this thread, from which all others and children take it over.
+    fn let_through() {
+        // SAFETY: a set, for which all bits 0 are valid.
+        let mut ends: libc::sigset_t = unsafe { std::mem::zeroed() };
+        // SAFETY: the set is this function's, and the signals are there.
+        unsafe {
+            libc::sigemptyset(&raw mut ends);
+            ENDS.iter().for_each(|signal| _ = libc::sigaddset(&raw mut ends, *signal));
+            libc::pthread_sigmask(libc::SIG_UNBLOCK, &raw const ends, std::ptr::null_mut());
+        }
     }
 
     /// Passes signals on to the children. One that comes a second after the first ends at once what has not ended: a

@@ -564,6 +564,26 @@ fn handles(process: u32, signal: i32) -> bool {
     u64::from_str_radix(handled.trim(), 16).unwrap() >> (signal - 1) & 1 == 1
 }
 
+/// As by a thread of a program that leaves signals to another one.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_ends_a_program_that_was_started_where_signals_are_held_back() {
+    if !has_compiler() {
+        return;
+    }
+    for source in ["ends.c", "pc.c"] {
+        let txt = txt().start().unwrap();
+        let mut command = Command::new("env");
+        command.arg("--block-signal=INT,TERM,HUP,QUIT").arg(env!("CARGO_BIN_EXE_tx_run"));
+        command.args(["--host", &txt.address().to_string()]).arg(program(source));
+        command.env("XDG_CACHE_HOME", cache()).env("CFLAGS", "-w -DCODE=0");
+        let run = Run::start(&mut command);
+        wait_for(&txt, "a motor turns", |machine| machine.controllers[0].outputs.duty != [0; 8]);
+        run.signal(libc::SIGTERM);
+        run.end().badly("ended by SIGTERM; all outputs are off");
+    }
+}
+
 /// As by a program that does not want to wait for what it starts.
 #[cfg(target_os = "linux")]
 #[test]
