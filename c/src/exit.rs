@@ -9,7 +9,7 @@ use ft_transfer_area::Error;
 use parking_lot::Mutex;
 
 use crate::ffi::guarded;
-use crate::process;
+use crate::{process, sentences};
 
 #[cfg(unix)]
 #[path = "exit/unix.rs"]
@@ -64,6 +64,7 @@ fn goes_on() {
 /// From now on the end that a signal asks for is seen, also while a thread of the program is in a call.
 pub(crate) fn watch_signals() {
     system::watch();
+    sentences::begin();
 }
 
 /// Ends this transfer when the program returns from `main` or calls `exit`: before what the program destroys
@@ -79,7 +80,7 @@ pub(crate) fn watch<T: Transfer + 'static>(transfer: &Arc<T>) {
         #[cfg(unix)]
         system::at_exit_of_python(ft_end_transfers);
     });
-    system::watch();
+    watch_signals();
     let own = std::process::id();
     let transfer: Weak<dyn Transfer> = Arc::<T>::downgrade(transfer);
     let mut watched = WATCHED.lock();
@@ -90,6 +91,7 @@ pub(crate) fn watch<T: Transfer + 'static>(transfer: &Arc<T>) {
 extern "C" fn end_at_exit() {
     ft_end_transfers();
     if !process::is_forked() && !threads_are_gone() {
+        guarded((), sentences::flush);
         system::end_as_asked();
     }
 }

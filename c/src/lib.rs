@@ -26,6 +26,7 @@ mod prg;
 mod process;
 mod report;
 mod results;
+mod sentences;
 mod session;
 mod supply;
 

@@ -4,7 +4,6 @@
 use std::collections::HashMap;
 use std::env;
 use std::fmt::Display;
-use std::io::{self, Write};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
@@ -12,6 +11,8 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::Error;
 use log::{Level, LevelFilter, Log, Metadata, Record};
 use parking_lot::Mutex;
+
+use crate::sentences;
 
 /// `off`, `error`, `warn`, `info`, `debug` or `trace`.
 const VARIABLE: &str = "FT_TXT_LOG";
@@ -53,22 +54,18 @@ impl Log for Stderr {
             match (record.level(), record.target()) {
                 (Level::Warn, HELD_LONG) => {}
                 (Level::Warn, NOT_ANSWERED) => {
-                    write_line(match CALLBACKS.load(Ordering::Relaxed) {
+                    let why = match CALLBACKS.load(Ordering::Relaxed) {
                         0 => OFF_BY_LOAD,
                         _ => OFF_IN_CALLBACK,
-                    })
+                    };
+                    sentences::write(&format!("{why}\n"));
                 }
-                _ => write_line(&format!("ft-transfer-area: {}", record.args())),
+                _ => sentences::write(&format!("ft-transfer-area: {}\n", record.args())),
             }
         }
     }
 
     fn flush(&self) {}
-}
-
-/// Writes a line to the error output. A program goes on without one that nobody can read.
-pub(crate) fn write_line(line: &str) {
-    let _ = io::stderr().write_all(format!("{line}\n").as_bytes());
 }
 
 /// Shows warnings and errors from now on, or what the variable says. Does nothing the second time, and when

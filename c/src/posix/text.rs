@@ -3,7 +3,8 @@
 use std::cmp::Ordering;
 use std::ffi::{c_char, c_int, CStr};
 
-use crate::ffi::{caught, text_of};
+use crate::ffi::{caught, guarded, text_of};
+use crate::sentences;
 
 /// Compares as if all letters were small. Of the result only the sign counts, as in the C library.
 fn compare(one: &[u8], other: &[u8]) -> c_int {
@@ -160,10 +161,10 @@ pub unsafe extern "C" fn strupr(text: *mut c_char) -> *mut c_char {
 /// `text` is null or a text that ends with 0 and does not change during the call.
 #[no_mangle]
 pub unsafe extern "C" fn OutputDebugStringA(text: *const c_char) {
-    caught((), || {
+    guarded((), || {
         // SAFETY: as the caller promises.
         if let Some(text) = unsafe { text_of(text) } {
-            eprint!("{text}");
+            sentences::write(&text);
         }
     });
 }
@@ -190,10 +191,10 @@ pub(super) unsafe fn wide_text_of(text: *const libc::wchar_t) -> Option<String> 
 /// As for [`OutputDebugStringA`].
 #[no_mangle]
 pub unsafe extern "C" fn OutputDebugStringW(text: *const libc::wchar_t) {
-    caught((), || {
+    guarded((), || {
         // SAFETY: as the caller promises.
         if let Some(text) = unsafe { wide_text_of(text) } {
-            eprint!("{text}");
+            sentences::write(&text);
         }
     });
 }

@@ -24,6 +24,7 @@ use crate::memory::{AreaArray, Ta, AREAS};
 use crate::mirror::{Mirror, DEV_MODE_LOCAL};
 use crate::online::Online;
 use crate::process;
+use crate::sentences;
 use crate::session::STATUS_RUN;
 
 /// What `PrgTic` returns to be called again.
@@ -68,6 +69,7 @@ fn connect(host: &str) -> Result<Arc<TransferAreaComHandler>, Error> {
     let builder = host::handler(host).areas(AREAS);
     let handler = builder.mode(host::mode_for(TransferMode::Compressed)).build()?;
     process::begin();
+    sentences::begin();
     handler.begin_transfer()?;
     Ok(Arc::new(handler))
 }

@@ -4,7 +4,7 @@ use std::env;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
-use crate::report::write_line;
+use crate::sentences;
 
 /// The program's name, for sentences and for the program itself.
 pub(super) fn program_name() -> &'static str {
@@ -16,7 +16,7 @@ pub(super) fn program_name() -> &'static str {
     })
 }
 
-/// Says a sentence.
+/// Says a sentence when no motor turns, which waits for who reads it.
 pub(super) fn say(sentence: &str) {
-    write_line(&format!("{}: {sentence}", program_name()));
+    sentences::write_last(&format!("{}: {sentence}\n", program_name()));
 }

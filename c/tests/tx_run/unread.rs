@@ -135,6 +135,20 @@ fn a_program_that_is_killed_is_stopped_when_nobody_reads_what_was_said_before() 
     });
 }
 
+/// Why a call has failed does not keep the program from its motors.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_goes_on_when_nobody_reads_what_the_library_says() {
+    if !has_compiler() {
+        return;
+    }
+    with_full_errors(&[], "-DFAILS", |txt| {
+        let goes_on = |machine: &Machine| machine.controllers[0].outputs.duty[0] == 300;
+        wait_for(txt, "the program goes on", goes_on);
+        txt.with_machine(|machine| machine.controllers[0].uni[1] = 1);
+    });
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn the_motors_stop_before_the_message_of_an_assertion_or_an_exception() {

@@ -2,7 +2,8 @@
    Then an assertion fails, with PERROR one for an error's number, and with CHECK one of the C++ library. In C++ with
    THROW an exception that nobody catches is thrown, with FROM_CALLBACK and FROM_THREAD it leaves a callback of the
    library or a thread, with FROM_CONSTRUCTOR the constructor of a static object, with VIRTUAL a function is called that
-   no class has yet, and with AGAIN it becomes itself once more, turns M1 until I2 is pressed, and is killed. */
+   no class has yet, and with AGAIN it becomes itself once more, turns M1 until I2 is pressed, and is killed. With FAILS
+   calls fail before, about which the library has more to say than can wait, and M1 turns on until I2 is pressed. */
 #define _GNU_SOURCE
 #ifdef CHECK
 #define _GLIBCXX_ASSERTIONS
@@ -73,6 +74,15 @@ static int run(int count, char **arguments)
     if (is_again)
         kill(getpid(), SIGKILL);
     fill(2);
+#ifdef FAILS
+    OutputDebugString("a line\n");
+    ftxOpenComDevice("first", 38400, &error);
+    for (int i = 0; i < 600; i++)
+        ftxOpenComDevice("second", 38400, &error);
+    SetOutMotorValues(device, 0, 0, 300, 0);
+    for (value = 0; value == 0; Sleep(10))
+        GetInIOValue(device, 0, 1, &value, &overrun);
+#endif
 #ifdef AGAIN
     execl(arguments[0], arguments[0], "again", (char *)0);
 #endif
