@@ -222,7 +222,8 @@ impl From<&TimedEvent> for RecordedEvent {
     }
 }
 
-/// What was counted until then, once a second.
+/// What was counted of the transfer until then, once a second. A file that begins within a transfer, such as the next part
+/// of a recording, begins with those from before; older ones do not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default)]
 #[non_exhaustive]

@@ -323,8 +323,8 @@ impl Follow {
     }
 
     /// What a file that begins then has to begin with.
-    pub(crate) fn under_way(&self) -> &[Transfer] {
-        self.before.under_way.messages()
+    pub(crate) fn under_way(&self) -> &UnderWay {
+        &self.before.under_way
     }
 
     pub(crate) fn waiting(&self) -> usize {

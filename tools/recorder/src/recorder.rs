@@ -21,6 +21,7 @@ use crate::format::Transfer;
 use crate::history::Follow;
 use crate::parts::Parts;
 use crate::target::Target;
+use crate::under_way::UnderWay;
 use crate::writer::Losses;
 
 /// How often the recorder looks for new entries.
@@ -291,7 +292,7 @@ impl Recorder {
             renames,
             state: Arc::clone(&state),
             flushed: begin_at,
-            reported: begin_at,
+            reported: None,
             unreported: None,
         };
         let (begin, begun) = bounded(1);
@@ -547,8 +548,8 @@ struct Worker {
     renames: Receiver<Rename>,
     state: Arc<State>,
     flushed: Instant,
-    /// When the statistics were written last.
-    reported: Instant,
+    /// When the statistics were written last. With the first cycle they are, too: its transfer may run already.
+    reported: Option<Instant>,
     /// Those since then, and when they were.
     unreported: Option<(Instant, Statistics)>,
 }
@@ -690,8 +691,9 @@ impl Worker {
         self.begin_part(file, cycle.arrived)?;
         file.writer.cycle(cycle, lost)?;
         self.unreported = Some((cycle.arrived, cycle.statistics));
-        if now.saturating_duration_since(self.reported) >= STATISTICS {
-            self.reported = now;
+        let since = self.reported.map(|reported| now.saturating_duration_since(reported));
+        if since.is_none_or(|since| since >= STATISTICS) {
+            self.reported = Some(now);
             self.report(file)?;
         }
         Ok(())
@@ -706,7 +708,7 @@ impl Worker {
     }
 
     /// What comes before an entry that is no cycle, with this number of lost ones before it.
-    fn before_transfer(&self, file: &mut Target, at: Instant, lost: u64) -> McapResult<()> {
+    fn before_transfer(&mut self, file: &mut Target, at: Instant, lost: u64) -> McapResult<()> {
         // There may be any number of them without a cycle. A transfer that runs goes on in a new part with its cycles.
         if !file.writer.is_under_way() {
             self.begin_part(file, at)?;
@@ -717,8 +719,11 @@ impl Worker {
         }
     }
 
-    fn begin_part(&self, file: &mut Target, at: Instant) -> McapResult<()> {
-        if file.begin_part_if_full(at)? {
+    /// Goes on in a new file if this one is full. It gets the statistics with which the next one begins, too.
+    fn begin_part(&mut self, file: &mut Target, at: Instant) -> McapResult<()> {
+        if file.is_full() {
+            self.report(file)?;
+            file.begin_part(at, self.lost())?;
             self.state.set_path(file.newest());
         }
         Ok(())
@@ -736,7 +741,7 @@ impl Worker {
         recorded.lost = recorded.lost.max(lost);
     }
 
-    fn frame(&self, file: &mut Target, frame: &CameraFrame) -> McapResult<()> {
+    fn frame(&mut self, file: &mut Target, frame: &CameraFrame) -> McapResult<()> {
         self.begin_part(file, frame.arrived)?;
         let is_in_file = file.writer.frame(frame)?;
         let mut recorded = self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner);
@@ -782,10 +787,10 @@ impl Source {
     }
 
     /// Since when there is something of a transfer that runs already, and what has happened to it.
-    fn within(&self) -> Option<(Instant, Vec<Transfer>)> {
+    fn within(&self) -> Option<(Instant, UnderWay)> {
         match self {
             Self::Handler { .. } | Self::Feed { .. } => None,
-            Self::History(follow) => Some((follow.since(), follow.under_way().to_vec())),
+            Self::History(follow) => Some((follow.since(), follow.under_way().clone())),
         }
     }
 

@@ -7,9 +7,9 @@ use std::time::Instant;
 use mcap::McapResult;
 
 use crate::file;
-use crate::format::Transfer;
 use crate::parts::{Files, Parts};
-use crate::writer::Writer;
+use crate::under_way::UnderWay;
+use crate::writer::{Losses, Writer};
 
 /// The file that is being written, and those before it.
 pub(crate) struct Target {
@@ -24,7 +24,7 @@ impl Target {
     pub(crate) fn create(
         path: PathBuf,
         parts: Option<Parts>,
-        within: Option<(Instant, Vec<Transfer>)>,
+        within: Option<(Instant, UnderWay)>,
     ) -> McapResult<Self> {
         // A file that was there before stays.
         Writer::check_clock()?;
@@ -37,7 +37,7 @@ impl Target {
             }
         };
         let begun = match within {
-            Some((since, under_way)) => Writer::within(file, since, &under_way),
+            Some((since, under_way)) => Writer::within(file, since, &under_way, Losses::default()),
             None => Writer::new(file),
         };
         // A single file was perhaps there before.
@@ -54,19 +54,21 @@ impl Target {
         self.files.iter().for_each(|_| discard(&self.newest));
     }
 
-    /// Goes on in a new file if this one is full, and returns whether it was. What comes next is of this time.
-    pub(crate) fn begin_part_if_full(&mut self, at: Instant) -> McapResult<bool> {
-        let bytes = self.writer.bytes();
-        let Some(files) = self.files.as_mut().filter(|files| files.is_full(bytes)) else {
-            return Ok(false);
-        };
+    /// Whether it is to go on in a new file.
+    pub(crate) fn is_full(&self) -> bool {
+        self.files.as_ref().is_some_and(|files| files.is_full(self.writer.bytes()))
+    }
+
+    /// Goes on in a new file. What comes next is of this time, and so much was lost before.
+    pub(crate) fn begin_part(&mut self, at: Instant, lost: Losses) -> McapResult<()> {
+        let Some(files) = &mut self.files else { return Ok(()) };
         let (path, file) = files.make()?;
-        let next = self.writer.next_part(file, at).inspect_err(|_| discard(&path))?;
+        let next = self.writer.next_part(file, at, lost).inspect_err(|_| discard(&path))?;
         let full = std::mem::replace(&mut self.newest, path);
         let bytes = std::mem::replace(&mut self.writer, next).finish()?;
         files.done(full, bytes);
         self.delete_oldest();
-        Ok(true)
+        Ok(())
     }
 
     /// Deletes what is not kept.

@@ -1,31 +1,50 @@
 //! What a file has to begin with when a transfer runs already.
 
+use ft_transfer_area::Statistics;
+
 use crate::format::Transfer;
 
 /// What has happened to the transfer that runs, as far as a file needs it that begins now.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct UnderWay(Vec<Transfer>);
+pub(crate) struct UnderWay {
+    messages: Vec<Transfer>,
+    /// Of its last cycle.
+    statistics: Option<Statistics>,
+}
 
 impl UnderWay {
     pub(crate) fn messages(&self) -> &[Transfer] {
-        &self.0
+        &self.messages
+    }
+
+    pub(crate) fn statistics(&self) -> Option<&Statistics> {
+        self.statistics.as_ref()
+    }
+
+    /// A cycle with these statistics.
+    pub(crate) fn count(&mut self, statistics: Statistics) {
+        self.statistics = Some(statistics);
     }
 
     pub(crate) fn take(&mut self, message: &Transfer) {
         match message {
-            Transfer::Began { .. } => self.0 = vec![message.clone()],
+            Transfer::Began { .. } => {
+                *self = Self { messages: vec![message.clone()], statistics: None };
+            }
             Transfer::Lost(_) => {
-                self.0.truncate(1);
-                self.0.push(message.clone());
+                self.messages.truncate(1);
+                self.messages.push(message.clone());
             }
             Transfer::Restored { device_name: new_name, firmware: new_firmware, .. } => {
-                self.0.truncate(1);
-                if let Some(Transfer::Began { device_name, firmware, .. }) = self.0.first_mut() {
+                self.messages.truncate(1);
+                if let Some(Transfer::Began { device_name, firmware, .. }) =
+                    self.messages.first_mut()
+                {
                     device_name.clone_from(new_name);
                     firmware.clone_from(new_firmware);
                 }
             }
-            Transfer::Failed(_) | Transfer::Ended | Transfer::EndedBy(_) => self.0.clear(),
+            Transfer::Failed(_) | Transfer::Ended | Transfer::EndedBy(_) => *self = Self::default(),
             Transfer::WatchdogExpired { .. } | Transfer::NotRecorded { .. } => {}
         }
     }

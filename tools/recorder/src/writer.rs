@@ -150,15 +150,25 @@ impl Writer {
         Self::beginning(file, WallClock::now())
     }
 
-    /// What goes on in another file, from this time on.
-    pub(crate) fn next_part(&self, file: File, since: Instant) -> McapResult<Self> {
-        Self::within(file, since, self.under_way.messages())
+    /// What goes on in another file, from this time on. So much was lost before.
+    pub(crate) fn next_part(&self, file: File, since: Instant, lost: Losses) -> McapResult<Self> {
+        Self::within(file, since, &self.under_way, lost)
     }
 
-    /// Writes the head into a new file that begins at this time, within a transfer to which this has happened.
-    pub(crate) fn within(file: File, since: Instant, under_way: &[Transfer]) -> McapResult<Self> {
+    /// Writes the head into a new file that begins at this time, within a transfer to which this has happened. The
+    /// statistics go on from those before.
+    pub(crate) fn within(
+        file: File,
+        since: Instant,
+        under_way: &UnderWay,
+        lost: Losses,
+    ) -> McapResult<Self> {
         let mut writer = Self::beginning(file, WallClock::since(since))?;
-        under_way.iter().try_for_each(|message| writer.transfer(since, message))?;
+        under_way.messages().iter().try_for_each(|message| writer.transfer(since, message))?;
+        if let Some(statistics) = under_way.statistics() {
+            writer.under_way.count(*statistics);
+            writer.statistics(since, statistics, lost)?;
+        }
         Ok(writer)
     }
 
@@ -276,6 +286,7 @@ impl Writer {
             self.area(area, values, ns)?;
         }
         self.begins_chunk = false;
+        self.under_way.count(cycle.statistics);
         let extensions = (0..MAX_EXTENSIONS)
             .filter(|extension| alive[*extension] != 0)
             .fold(0, |mask, extension| mask | 1 << extension);

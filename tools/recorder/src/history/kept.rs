@@ -95,7 +95,10 @@ impl KeptCycle {
 impl Before {
     pub(super) fn take(&mut self, entry: &Kept) {
         match &entry.what {
-            What::Cycle(cycle) => cycle.apply(&mut self.areas),
+            What::Cycle(cycle) => {
+                cycle.apply(&mut self.areas);
+                self.under_way.count(cycle.statistics);
+            }
             What::Transfer(message) => self.under_way.take(message),
             What::Event(_) => {}
         }

@@ -83,8 +83,8 @@ type Found = (Kind, u64, Sentence);
 pub(super) struct Unusual {
     pace: Pace,
     terminals: Terminals,
-    /// Of this transfer, until the last statistics.
-    late_reactions: u64,
+    /// Of this transfer, until the last statistics; unknown until the first ones where the file begins within it.
+    late_reactions: Option<u64>,
     counts: BTreeMap<Kind, u64>,
     /// How many moments of each kind were found: one may count for several.
     moments: BTreeMap<Kind, u64>,
@@ -104,7 +104,8 @@ impl Unusual {
             Recorded::Cycle(cycle) => self.look_at_cycle(at, cycle, &mut found),
             Recorded::Transfer(transfer) => {
                 if matches!(transfer, Transfer::Began { .. }) {
-                    self.late_reactions = 0;
+                    // At the beginning of the file, that of a transfer which runs already may be repeated.
+                    self.late_reactions = (!at.is_zero()).then_some(0);
                 }
                 found.extend(of_transfer(transfer));
             }
@@ -112,8 +113,9 @@ impl Unusual {
                 found.push((Kind::BlockedMotor, 1, blocked(event)));
             }
             Recorded::Statistics(statistics) => {
-                let before = std::mem::replace(&mut self.late_reactions, statistics.late_reactions);
-                let late = statistics.late_reactions.saturating_sub(before);
+                let until_now = statistics.late_reactions;
+                let before = self.late_reactions.replace(until_now).unwrap_or(until_now);
+                let late = until_now.saturating_sub(before);
                 if late > 0 {
                     let what = Sentence::new(
                         format!("late reactions of the program since the last second: {late}"),
@@ -128,6 +130,9 @@ impl Unusual {
     }
 
     fn look_at_cycle(&mut self, at: Duration, cycle: &Cycle, found: &mut Vec<Found>) {
+        if cycle.number == 1 {
+            self.late_reactions.get_or_insert(0);
+        }
         if cycle.lost > 0 {
             found.push(not_recorded(cycle.lost));
         }
