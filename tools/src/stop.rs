@@ -1,18 +1,22 @@
 //! `txt stop`: switches off what another program has left on.
 
 use std::io::{self, ErrorKind, Read};
+use std::net::SocketAddr;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{anyhow, ensure, Context};
 use ft_transfer_area::transfer_area::MAX_AREAS;
-use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area::{controller_address, TransferAreaComHandler};
 
 use crate::{arguments, interrupt, lines, print};
 
 /// For how long a guardian tries to stop a controller that does not answer, and the pause between two attempts.
 const TRIES: Duration = Duration::from_secs(10);
 const RETRY: Duration = Duration::from_millis(300);
+
+/// How long a guardian looks up a name.
+const LOOKUP: Duration = Duration::from_millis(1500);
 
 const AFTER: &str = "\
 Goes online, which ends what a program has left, sends one exchange with all outputs off, also
@@ -38,12 +42,15 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    let mut known = vec![None; args.hosts.len()];
     if args.guard {
         ensure!(
             !args.hosts.iter().any(|host| arguments::is_auto(host)),
             "--guard needs the address of its controller: the only one that answers may be another one by then"
         );
         interrupt::outlive_requests()?;
+        // When the program is killed, perhaps nobody knows the name any more.
+        known = args.hosts.iter().map(|host| controller_address(host, LOOKUP).ok()).collect();
         if !is_left()? {
             return Ok(());
         }
@@ -53,8 +60,12 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     }
     // None waits for another one that does not answer.
     let limit = if args.guard { TRIES } else { Duration::ZERO };
-    let start = |host| thread::Builder::new().spawn(move || stop(host, limit));
-    let stops: Vec<_> = args.hosts.into_iter().map(start).collect();
+    let guard = args.guard;
+    let start = |(host, known): (String, _)| {
+        let stop = move || if guard { stop_left(&host, known) } else { stop(&host, &host, limit) };
+        thread::Builder::new().spawn(stop)
+    };
+    let stops: Vec<_> = args.hosts.into_iter().zip(known).map(start).collect();
     let stopped = stops.into_iter().map(|stop| match stop {
         Ok(stop) => stop.join().unwrap_or_else(|_| Err(anyhow!("a stop has crashed"))),
         Err(error) => Err(error).context("a controller is not stopped"),
@@ -74,11 +85,27 @@ fn is_left() -> anyhow::Result<bool> {
     }
 }
 
-/// Stops a controller, and tries it again for up to this limit.
-fn stop(host: String, limit: Duration) -> anyhow::Result<()> {
+/// Stops a controller that a killed program has left, which had this address when the program began. If its name leads
+/// to another one by now, the program has perhaps connected to that one anew.
+fn stop_left(host: &str, known: Option<SocketAddr>) -> anyhow::Result<()> {
+    let Some(address) = known else { return stop(host, host, TRIES) };
+    thread::scope(|scope| {
+        let at_first = || stop(host, &address.to_string(), TRIES);
+        let at_first = thread::Builder::new().spawn_scoped(scope, at_first);
+        let at_first = at_first.with_context(|| format!("{host} is not stopped"))?;
+        match controller_address(host, LOOKUP) {
+            // Nobody may be left at the first one.
+            Ok(now) if now != address => stop(host, &now.to_string(), TRIES),
+            _ => at_first.join().unwrap_or_else(|_| Err(anyhow!("a stop has crashed"))),
+        }
+    })
+}
+
+/// Stops a controller at this address or with this name, and tries it again for up to this limit.
+fn stop(host: &str, at: &str, limit: Duration) -> anyhow::Result<()> {
     let begin = Instant::now();
     let stop = || -> anyhow::Result<String> {
-        let handler = TransferAreaComHandler::builder(&*host).areas(MAX_AREAS).build()?;
+        let handler = TransferAreaComHandler::builder(at).areas(MAX_AREAS).build()?;
         handler.begin_transfer()?;
         drop(handler.areas().wait_cycle()?);
         handler.end_transfer()?;
@@ -96,4 +123,38 @@ fn stop(host: String, limit: Duration) -> anyhow::Result<()> {
     }
     lines::print(&reported);
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use ft_transfer_area_simulator::SimulatedTxt;
+
+    use super::*;
+
+    const LIMIT: Duration = Duration::from_secs(60);
+
+    #[test]
+    fn what_is_left_is_stopped_where_it_was_and_where_its_name_leads_now() {
+        let txts = [(); 2].map(|()| SimulatedTxt::builder().start().unwrap());
+        let [was, is] = txts.each_ref().map(SimulatedTxt::address);
+        let exchanges = || {
+            // The last one has no response that would be waited for.
+            let are_left =
+                txts.iter().all(|txt| txt.wait_until(|machine| !machine.online(), LIMIT));
+            assert!(are_left);
+            txts.each_ref().map(|txt| txt.with_machine(|machine| machine.exchanges()))
+        };
+        // Nobody knows the name any more.
+        stop_left("txt.invalid", Some(was)).unwrap();
+        let [first, none] = exchanges();
+        assert!(first > 0 && none == 0);
+        // It is that of another address.
+        stop_left(&is.to_string(), Some(was)).unwrap();
+        let [second, other] = exchanges();
+        assert!(second > first && other > 0);
+        // It was not known at first.
+        stop_left(&is.to_string(), None).unwrap();
+        let [same, more] = exchanges();
+        assert!(same == second && more > other);
+    }
 }

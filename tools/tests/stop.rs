@@ -65,3 +65,45 @@ fn a_guardian_ends_when_nobody_reads_what_it_says() {
     assert!(status.success(), "{status}");
     assert_eq!(duties.lock().unwrap().last().unwrap()[..], [[0; 8]]);
 }
+
+/// The panel and the bridge connect by a name, which leads nowhere when the network is away.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_guardian_knows_the_address_of_a_name_that_is_forgotten() {
+    use std::process::{Command, Stdio};
+
+    let folder = tempfile::tempdir().unwrap();
+    let hosts = folder.path().join("hosts");
+    std::fs::write(&hosts, "127.0.0.1 mytxt\n").unwrap();
+    let inside = "mount --bind \"$0\" /etc/hosts && exec \"$@\"";
+    let unshare = |program: &[&str]| {
+        let mut command = Command::new("unshare");
+        command.args(["--user", "--map-root-user", "--mount", "sh", "-c", inside]);
+        command.arg(&hosts).args(program).stdin(Stdio::piped()).stderr(Stdio::piped());
+        command
+    };
+    let known = unshare(&["getent", "hosts", "mytxt"]).output();
+    if !known.is_ok_and(|output| output.status.success()) {
+        let note = "SKIPPED: no names of its own for a test of txt stop (unshare is needed)\n";
+        std::io::Write::write_all(&mut std::io::stderr(), note.as_bytes()).unwrap();
+        return;
+    }
+    let (txt, duties) = logged(SimulatedTxt::builder());
+    let mut client = KitClient::online(txt.address());
+    client.exchange([512; 8]);
+    drop(client);
+    assert!(txt.wait_until(|machine| !machine.online(), LIMIT));
+    let host = format!("mytxt:{}", txt.address().port());
+    let guardian = unshare(&[env!("CARGO_BIN_EXE_txt"), "stop", "--guard", &host]).spawn().unwrap();
+    let waits_for_its_input = || {
+        let call = std::fs::read_to_string(format!("/proc/{}/syscall", guardian.id())).unwrap();
+        let name = std::fs::read_to_string(format!("/proc/{}/comm", guardian.id())).unwrap();
+        name == "txt\n" && call.starts_with(&format!("{} 0x0 ", nix::libc::SYS_read))
+    };
+    crate::running::wait_for("its beginning", waits_for_its_input);
+    std::fs::write(&hosts, "").unwrap();
+    // Closes its input.
+    let output = guardian.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    assert_eq!(duties.lock().unwrap().last().unwrap()[..], [[0; 8]]);
+}
