@@ -22,7 +22,11 @@ const ALWAYS_POSSIBLE: f64 = 20.0;
 const FORGET: Duration = Duration::from_secs(30);
 
 #[derive(Debug, Default)]
-pub(super) struct Terminals([Area; MAX_AREAS]);
+pub(super) struct Terminals {
+    areas: [Area; MAX_AREAS],
+    /// Whether there was a cycle.
+    has_begun: bool,
+}
 
 #[derive(Debug, Default)]
 struct Area {
@@ -37,6 +41,8 @@ struct Watched {
     /// Cycles since this configuration, or the connection, began.
     cycles: u8,
     is_over: bool,
+    /// Whether it was so when the file began, within a transfer, and is until now.
+    was_over: bool,
 }
 
 #[derive(Debug, Default)]
@@ -60,14 +66,17 @@ impl Terminals {
         mut found: impl FnMut(Kind, Sentence),
     ) {
         let alive = areas[0].state.io_slave_alive;
-        for (index, (known, area)) in self.0.iter_mut().zip(areas).enumerate() {
+        let is_within = !std::mem::replace(&mut self.has_begun, true) && !is_first;
+        for (index, (known, area)) in self.areas.iter_mut().zip(areas).enumerate() {
             let takes_part = index.checked_sub(1).is_none_or(|extension| alive[extension] != 0);
             if is_first || !takes_part {
                 known.begin_again();
             }
             if takes_part {
                 let name = if index == 0 { String::new() } else { format!("E{index}.") };
-                known.look_at_inputs(area, |what| found(Kind::OverRange, what.of_area(&name)));
+                known.look_at_inputs(area, is_within, |what| {
+                    found(Kind::OverRange, what.of_area(&name))
+                });
                 known.look_at_counters(at, area, |what| {
                     found(Kind::CounterJump, what.of_area(&name));
                 });
@@ -83,16 +92,24 @@ impl Area {
         self.counters = Default::default();
     }
 
-    fn look_at_inputs(&mut self, area: &FishX1Transfer, mut found: impl FnMut(Sentence)) {
+    fn look_at_inputs(
+        &mut self,
+        area: &FishX1Transfer,
+        is_within: bool,
+        mut found: impl FnMut(Sentence),
+    ) {
         for (input, watched) in Input::ALL.into_iter().zip(&mut self.inputs) {
             let (value, config) = (area.input.uni[input.index()], area.config.uni[input.index()]);
-            if watched.gets_over_range(value, config) {
+            let was_over = watched.was_over;
+            if watched.gets_over_range(value, config, is_within) {
                 let unit = config.unit();
                 let is_gone = value == NO_ULTRASONIC && unit == "cm";
                 let [en, de] = if is_gone { [": no sensor", ": kein Sensor"] } else { [""; 2] };
+                let since =
+                    if was_over { [" from the beginning", " von Anfang an"] } else { [""; 2] };
                 found(Sentence::new(
-                    format!("{input} is over range, {value} {unit}{en}"),
-                    format!("{input} ist außerhalb des Bereichs, {value} {unit}{de}"),
+                    format!("{input} is over range{}, {value} {unit}{en}", since[0]),
+                    format!("{input} ist{} außerhalb des Bereichs, {value} {unit}{de}", since[1]),
                 ));
             }
         }
@@ -124,16 +141,17 @@ impl Area {
 }
 
 impl Watched {
-    /// Whether it gets over range with this value.
-    fn gets_over_range(&mut self, value: i16, config: UniConfig) -> bool {
+    /// Whether it gets over range with this value, which may be the first of a file that begins within a transfer.
+    fn gets_over_range(&mut self, value: i16, config: UniConfig, is_within: bool) -> bool {
         if self.config != Some(config) {
-            *self = Self { config: Some(config), cycles: 0, is_over: false };
+            *self = Self { config: Some(config), was_over: is_within, ..Self::default() };
         }
+        let is_over = config.is_over_range(value);
+        self.was_over &= is_over;
         if self.cycles < SETTLE {
             self.cycles += 1;
             return false;
         }
-        let is_over = config.is_over_range(value);
         !std::mem::replace(&mut self.is_over, is_over) && is_over
     }
 }
@@ -204,6 +222,28 @@ mod tests {
                 self.terminals.look(at, is_first, areas, |_, what| self.found.push(what.en));
             }
         }
+    }
+
+    #[test]
+    fn what_is_over_range_where_a_file_begins_within_a_transfer_is_so_from_the_beginning() {
+        let mut night = Night { cycles: 500, ..Night::default() };
+        night.area.config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
+        night.area.config.uni[4] = UniConfig::analog(InputMode::Ultrasonic);
+        night.area.input.uni[3] = 4096;
+        night.area.input.uni[4] = 30;
+        night.cycles(5);
+        night.area.input.uni[4] = 1024;
+        night.cycles(20);
+        night.area.input.uni[3] = 30;
+        night.cycles(1);
+        night.area.input.uni[3] = 4096;
+        night.cycles(20);
+        let expected = [
+            "I4 is over range from the beginning, 4096 cm: no sensor",
+            "I5 is over range, 1024 cm",
+            "I4 is over range, 4096 cm: no sensor",
+        ];
+        assert_eq!(night.found, expected);
     }
 
     #[test]
