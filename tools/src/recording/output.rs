@@ -155,9 +155,14 @@ impl fmt::Display for Files {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.first.display())?;
         match self.only() {
-            Some(_) => Ok(()),
-            None => write!(f, " to {}", self.newest.display()),
+            Some(_) => return Ok(()),
+            None => write!(f, " to {}", self.newest.display())?,
         }
+        // As with --keep.
+        if self.first.exists() {
+            return Ok(());
+        }
+        write!(f, ", of which the oldest are not there any more")
     }
 }
 
@@ -197,6 +202,20 @@ pub(crate) fn discard(recorder: Recorder) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_parts_whose_oldest_are_deleted_it_is_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let [first, newest] =
+            ["run-0001.mcap", "run-0006.mcap"].map(|name| folder.path().join(name));
+        std::fs::write(&first, "recorded").unwrap();
+        let files = Files { first, newest };
+        let both = format!("{} to {}", files.first.display(), files.newest.display());
+        assert_eq!(files.to_string(), both);
+        std::fs::remove_file(&files.first).unwrap();
+        let expected = format!("{both}, of which the oldest are not there any more");
+        assert_eq!(files.to_string(), expected);
+    }
 
     #[test]
     fn of_two_recordings_that_begin_together_one_has_the_name() {
