@@ -77,7 +77,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<bool> {
 /// What was found, after this number of cycles that are the same.
 struct Found {
     same: u64,
-    /// Cycles that only one of the two has, because the other has lost them.
+    /// Cycles that only one of the two has, because the other has lost them or begins later.
     left_out: u64,
     what: What,
 }
@@ -255,7 +255,7 @@ impl Found {
             // Writing to a text does not fail.
             let _ = writeln!(
                 text,
-                "{} cycles are left out: one of the two has lost them.",
+                "{} cycles are left out: they are not in one of the two.",
                 self.left_out
             );
         }
