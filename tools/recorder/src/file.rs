@@ -3,6 +3,7 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Opens a file. Until it is closed, [`open_alone`] of others is refused. Does not wait.
 pub fn open_alone(options: &OpenOptions, path: &Path) -> io::Result<File> {
@@ -39,6 +40,28 @@ pub fn open_alone(options: &OpenOptions, path: &Path) -> io::Result<File> {
 
 fn is_written() -> io::Error {
     io::Error::new(ErrorKind::ResourceBusy, "another recording is being written into it")
+}
+
+/// Makes a file, as [`open_alone`]. Nobody finds it before it is locked, unless the file system has no links.
+pub(crate) fn create_alone(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    if cfg!(unix) {
+        static NUMBER: AtomicU64 = AtomicU64::new(0);
+        let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+        let beside = beside(&path.with_extension(number.to_string()));
+        // A process with the same number was perhaps killed.
+        let _ = fs::remove_file(&beside);
+        let made = open_alone(&options, &beside)?;
+        let linked = fs::hard_link(&beside, path);
+        let _ = fs::remove_file(&beside);
+        match linked {
+            Ok(()) => return Ok(made),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => return Err(error),
+            Err(_) => {}
+        }
+    }
+    open_alone(&options, path)
 }
 
 /// Keeps a file from others until another one has its place. The error says that somebody writes into it; `None` is

@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ffi::OsStr;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use crate::file::{hold, open_alone};
+use crate::file::{create_alone, hold};
 
 /// When a recording goes on in a new file, and how much of it is kept.
 ///
@@ -108,7 +108,7 @@ impl Files {
             let [stem, end] = &self.name;
             let path = self.folder.join(format!("{stem}{:04}{end}", self.number));
             self.number += 1;
-            match open_alone(OpenOptions::new().write(true).create_new(true), &path) {
+            match create_alone(&path) {
                 Ok(file) => {
                     self.since = Some(Instant::now());
                     return Ok((path, file));
