@@ -8,7 +8,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::time::SystemTime;
+use std::sync::mpsc::{self, Sender, SyncSender};
+use std::time::{Duration, SystemTime};
 
 use parking_lot::Mutex;
 
@@ -21,6 +22,12 @@ const MARK: &str = "mark";
 /// The empty file in it that stays when the first transfer has begun.
 const BEGUN: &str = "begun";
 
+/// The thread that removes notes.
+#[cfg(unix)]
+pub(crate) const THREAD: &str = "notes of C";
+/// How long a program waits until a note is gone: a disk may stand still, and the program has other motors to stop.
+const REMOVAL_LIMIT: Duration = Duration::from_millis(300);
+
 /// Whether `tx_run` has started the program. Then `FT_TXT_HOST` is the controller that it has said.
 pub(crate) fn is_of_tx_run() -> bool {
     host::variable(VARIABLE).is_some()
@@ -31,6 +38,12 @@ static MARKED: Mutex<Option<Mark>> = Mutex::new(None);
 
 /// Transfers that are gone without a last exchange.
 static LEFT: Mutex<Vec<Note>> = Mutex::new(Vec::new());
+
+/// A note that is to be removed, and who waits for that.
+type Removal = (PathBuf, SyncSender<()>);
+
+/// What removes notes, and the process that has its thread.
+static REMOVER: Mutex<Option<(u32, &'static Sender<Removal>)>> = Mutex::new(None);
 
 /// A transfer whose motors may be on.
 pub(crate) struct Online {
@@ -66,7 +79,7 @@ impl Online {
         Self { note, is_over: AtomicBool::new(false) }
     }
 
-    /// All outputs are off. Allocates nothing on Unix, where the path is short.
+    /// All outputs are off. Needs no memory but the library's own.
     pub(crate) fn end(&self) {
         if self.is_over.swap(true, Ordering::AcqRel) {
             return;
@@ -90,6 +103,8 @@ impl Note {
     fn new(folder: &Path, host: &str) -> io::Result<Self> {
         let begun = folder.join(BEGUN);
         let process = process::id();
+        #[cfg(unix)]
+        start_remover(process);
         let noted = mark(process, &folder.join(MARK)).and_then(|mark| {
             File::create(&begun)?;
             Self::write(folder, host, process, mark)
@@ -110,8 +125,15 @@ impl Note {
     }
 
     fn remove(&self) {
-        // `tx_run` may have done it.
-        let _ = fs::remove_file(&self.path);
+        let remover = REMOVER.lock().filter(|(process, _)| *process == process::id());
+        let (done, is_done) = mpsc::sync_channel(1);
+        let is_asked = |sender: &Sender<Removal>| sender.send((self.path.clone(), done)).is_ok();
+        if remover.is_some_and(|(_, sender)| is_asked(sender)) {
+            let _ = is_done.recv_timeout(REMOVAL_LIMIT);
+        } else {
+            // `tx_run` may have done it.
+            let _ = fs::remove_file(&self.path);
+        }
     }
 
     /// Removes the notes of earlier transfers of this process with the same controller: one is enough to stop it, and
@@ -125,6 +147,30 @@ impl Note {
             !is_same
         });
     }
+}
+
+/// Starts the thread that removes notes, unless this process has it: a handler that ends a transfer can't start one.
+#[cfg(unix)]
+fn start_remover(process: u32) {
+    let mut remover = REMOVER.lock();
+    if remover.is_some_and(|(of, _)| of == process) {
+        return;
+    }
+    #[cfg(not(any(miri, asan)))]
+    crate::allocator::survive_forks();
+    // The thread holds signals back, too.
+    let _inside = crate::inside::enter();
+    let (sender, removals) = mpsc::channel::<Removal>();
+    let remove = move || {
+        for (path, done) in removals {
+            let _ = fs::remove_file(path);
+            // Perhaps nobody waits any more.
+            let _ = done.send(());
+        }
+    };
+    // Without a thread, whoever ends a transfer does it. What was there before belongs to a parent.
+    let started = std::thread::Builder::new().name(THREAD.into()).spawn(remove);
+    *remover = started.ok().map(|_| (process, &*Box::leak(Box::new(sender))));
 }
 
 /// The name of a note, which has the host within it: it is there as a whole or not at all, needs no room on a disk that

@@ -390,8 +390,9 @@ fn program_has_left() -> bool {
     use std::fs;
 
     /// The names of threads that go on by themselves, cut by Linux to 15 bytes.
-    const OWN: [&str; 8] = [
+    const OWN: [&str; 9] = [
         THREAD,
+        crate::online::THREAD,
         crate::sentences::THREAD,
         "transfer area o",
         "transfer-area",

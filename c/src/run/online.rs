@@ -34,6 +34,8 @@ pub(crate) struct Online {
     named: BTreeSet<String>,
     /// All notes that were seen since the last stop.
     seen: BTreeSet<Note>,
+    /// Those that say nothing more, and are perhaps still there.
+    done_with: BTreeSet<Note>,
 }
 
 /// A transfer that has begun and not ended.
@@ -61,8 +63,9 @@ impl Online {
         let folder = path::absolute(folder.join("transfers"))?;
         fs::create_dir(&folder)?;
         let mark = File::create_new(folder.join(MARK))?;
-        let (failed, seen) = (BTreeSet::new(), BTreeSet::new());
-        Ok(Self { folder, mark, failed, tried: Instant::now(), named, seen })
+        let (failed, tried) = (BTreeSet::new(), Instant::now());
+        let (seen, done_with) = (BTreeSet::new(), BTreeSet::new());
+        Ok(Self { folder, mark, failed, tried, named, seen, done_with })
     }
 
     /// Whether somebody has removed what is written down, with the folder or without it.
@@ -77,7 +80,20 @@ impl Online {
 
     fn notes(&self) -> BTreeSet<Note> {
         let files = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        files.filter_map(|file| Note::of(file.path())).collect()
+        let notes = files.filter_map(|file| Note::of(file.path()));
+        notes.filter(|note| !self.done_with.contains(note)).collect()
+    }
+
+    /// Removes these, without waiting for a disk that may stand still.
+    fn remove(&mut self, notes: &BTreeSet<Note>) {
+        if notes.is_empty() {
+            return;
+        }
+        self.done_with.extend(notes.iter().cloned());
+        let paths: Vec<_> = notes.iter().map(|note| note.path.clone()).collect();
+        let remove = move || paths.iter().for_each(|path| _ = fs::remove_file(path));
+        // Without a thread they go with the folder.
+        let _ = thread::Builder::new().spawn(remove);
     }
 
     fn left(&self, program: While) -> BTreeSet<Note> {
@@ -104,7 +120,7 @@ impl Online {
         program: While,
     ) -> Vec<(String, Result<(), Error>)> {
         let left = self.left(program);
-        left.iter().for_each(|note| _ = fs::remove_file(&note.path));
+        self.remove(&left);
         let before = mem::take(&mut self.failed);
         let mut hosts: BTreeSet<String> = left.into_iter().map(|note| note.host).collect();
         hosts.extend(before.iter().cloned());
@@ -132,7 +148,7 @@ impl Online {
         let are_lost = is_gone && !self.seen.iter().any(|note| self.is_marked(note.byte));
         self.seen.extend(notes.iter().cloned());
         let Split { left, stood_for, driven } = split(notes, |byte| self.is_marked(byte));
-        stood_for.iter().for_each(|note| _ = fs::remove_file(&note.path));
+        self.remove(&stood_for);
         self.failed.retain(|host| !driven.contains(host));
         let is_time = !self.failed.is_empty() && !is_gone && self.tried.elapsed() >= AGAIN;
         !left.is_empty() || are_lost || is_time

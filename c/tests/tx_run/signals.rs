@@ -16,6 +16,11 @@ use super::support::{
     wait_until, Run,
 };
 
+/// Whether the motor of the programs for a PC turns.
+fn turns(machine: &Machine) -> bool {
+    machine.controllers[0].outputs.duty[0] == 300
+}
+
 #[test]
 fn a_program_that_becomes_another_one_is_stopped_while_that_runs() {
     if !has_compiler() {
@@ -42,7 +47,6 @@ fn what_one_process_of_a_program_leaves_is_stopped_while_another_one_drives() {
         let ports = format!("COM4={}, COM5={}", first.address(), second.address());
         command.env("FT_TXT_PORTS", ports).env("CFLAGS", format!("-w -DLEAVE={kind}"));
         let run = Run::start(command.arg(program("workers.c")));
-        let turns = |machine: &Machine| machine.controllers[0].outputs.duty[0] == 300;
         wait_for(&first, "the motor turns", turns);
         wait_for(&second, "the motor turns", turns);
         press(&first, &run);
@@ -162,6 +166,45 @@ fn a_program_that_is_killed_is_followed_by_an_exchange_that_stops_everything() {
     wait_stopped(&txt);
 }
 
+/// Compiles what takes the place of functions of the C library.
+#[cfg(target_os = "linux")]
+fn library_of(name: &str, folder: &Path) -> std::path::PathBuf {
+    let library = folder.join(name).with_extension("so");
+    let mut compiler = Command::new("cc");
+    compiler.args(["-shared", "-fPIC", "-o"]).arg(&library).arg(program(name));
+    assert!(compiler.status().unwrap().success());
+    library
+}
+
+/// As one that is frozen, or that is about to fail.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_disk_that_stands_still_keeps_no_motor_on() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let still = library_of("still.c", folder.path());
+    let killed = txt().start().unwrap();
+    let run = run_with(&killed, "killed.c", "-DBECOMES", &[("LD_PRELOAD", &still)]);
+    wait_for(&killed, "the motor turns", turns);
+    wait_stopped(&killed);
+    // Its exchange is not sent again and again.
+    run.signal(libc::SIGTERM);
+    let ended = run.end();
+    assert_eq!(ended.err.matches("tx_run has sent it").count(), 1, "{ended:#?}");
+
+    let [first, second] = [txt().start().unwrap(), txt().start().unwrap()];
+    let mut command = tx_run(&[]);
+    let ports = format!("COM4={}, COM5={}", first.address(), second.address());
+    command.arg(program("both.c")).env("FT_TXT_PORTS", ports).env("LD_PRELOAD", &still);
+    let run = Run::start(&mut command);
+    let _ = [&first, &second].map(|txt| wait_for(txt, "the motor turns", turns));
+    press(&first, &run);
+    let _ = [&first, &second].map(wait_stopped);
+    run.end();
+}
+
 /// As some sticks and folders that are shared with a virtual machine.
 #[cfg(target_os = "linux")]
 #[test]
@@ -170,10 +213,7 @@ fn a_program_that_is_killed_is_stopped_where_the_file_system_has_only_files() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let library = folder.path().join("only_files.so");
-    let mut compiler = Command::new("cc");
-    compiler.args(["-shared", "-fPIC", "-o"]).arg(&library).arg(program("only_files.c"));
-    assert!(compiler.status().unwrap().success());
+    let library = library_of("only_files.c", folder.path());
     let txt = txt().start().unwrap();
     let ended = run_with(&txt, "killed.c", "", &[("LD_PRELOAD", &library)]).end();
     ended.badly("leaves only at the end of the whole program");
@@ -307,7 +347,6 @@ fn a_program_with_main_ends_its_transfer_when_it_is_asked_to_end() {
     if !has_compiler() {
         return;
     }
-    let turns = |machine: &Machine| machine.controllers[0].outputs.duty[0] == 300;
     for (signal, name) in [(libc::SIGQUIT, "SIGQUIT"), (libc::SIGTERM, "SIGTERM")] {
         let txt = txt().start().unwrap();
         let run = run_on(&txt, "pc.c", "");
