@@ -93,7 +93,7 @@ pub(crate) fn run(
                 was_left = true;
                 // Sentences without room are not said.
                 let words = stop_left(&mut online, target, While::Runs);
-                words.into_iter().for_each(|it| drop(to_say.try_send(it)));
+                words.into_iter().for_each(|(_, it)| drop(to_say.try_send(it)));
             }
             Ok(None) => thread::sleep(LOOK),
             Ok(Some(status)) => break Ok(status),
@@ -105,20 +105,32 @@ pub(crate) fn run(
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
     let is_crash = status.code().is_none_or(signals::is_crash);
     let (status, word) = end_of(&name, program.entry, status);
-    let forks = match forks.end() {
+    // What no process drives any more does not wait for what takes its time to end, which may have the connection.
+    let (left, mut stopped) = thread::scope(|scope| {
+        let ending = thread::Builder::new().spawn_scoped(scope, || forks.end());
+        let stopped = stop_left(&mut online, target, While::Ends);
+        let left = ending.ok().and_then(|ending| ending.join().ok());
+        (left.unwrap_or_else(|| forks.end()), stopped)
+    });
+    match left {
+        Left::Ended => stopped.retain(|(is_over, _)| *is_over),
+        Left::Nothing | Left::Unknown => online.give_up(),
+    }
+    // Also those that could not be stopped while the program ran.
+    stopped.extend(stop_left(&mut online, target, While::HasEnded));
+    let forks = match left {
         Left::Nothing => None,
         Left::Ended => Some(format!("what {name} has left running was ended")),
         Left::Unknown => {
             Some(format!("/proc is not mounted, so what {name} may have left running goes on"))
         }
     };
-    // Also those that could not be stopped while the program ran.
-    let stopped = stop_left(&mut online, target, While::HasEnded);
     // All that it began has ended by its own last exchange. Without a transfer nobody knows what the outputs do.
     let is_off = online.has_begun() && stopped.is_empty() && !was_left;
     let word =
         word.map(|word| if is_crash && is_off { word + "; all outputs are off" } else { word });
-    let words = word.into_iter().chain(forks).chain(stopped).collect();
+    let words =
+        word.into_iter().chain(forks).chain(stopped.into_iter().map(|(_, it)| it)).collect();
     Ok(Ended { status, saying, words })
 }
 
@@ -157,18 +169,20 @@ impl Forks {
     }
 }
 
-/// Stops the controllers that the program has left, and returns what is to be said of it.
-fn stop_left(online: &mut Online, target: &Target, program: While) -> Vec<String> {
+/// Stops the controllers that the program has left, and returns what is to be said of each, and whether it needs no other
+/// try.
+fn stop_left(online: &mut Online, target: &Target, program: While) -> Vec<(bool, String)> {
     // A simulated TXT ends with this process.
     let simulated = match target {
         Target::Host(_) => None,
         Target::Simulated { .. } | Target::Shown { .. } => Some(target.host()),
     };
     let ends = simulated.as_ref().is_some_and(|host| online.has_left(host, program));
-    let ends = ends.then(|| String::from(ENDS_WITH_US));
+    let ends = ends.then(|| (true, String::from(ENDS_WITH_US)));
     let gone = online.is_gone().then(|| online.folder.display().to_string());
     let stopped = online.stop_left(simulated.as_deref(), program).into_iter();
-    ends.into_iter().chain(stopped.map(|it| words_of_stop(it, gone.as_deref()))).collect()
+    let words = stopped.map(|it| (it.1.is_ok(), words_of_stop(it, gone.as_deref())));
+    ends.into_iter().chain(words).collect()
 }
 
 /// A program may have several controllers. The folder is the one of its notes when they were removed.

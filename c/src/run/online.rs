@@ -52,6 +52,8 @@ struct Note {
 pub(crate) enum While {
     /// Those that no process has any more.
     Runs,
+    /// The same, when perhaps only what it has made by `fork` still runs.
+    Ends,
     /// All.
     HasEnded,
 }
@@ -99,7 +101,7 @@ impl Online {
     fn left(&self, program: While) -> BTreeSet<Note> {
         match program {
             // In this order: the library marks the file first.
-            While::Runs => split(self.notes(), |byte| self.is_marked(byte)).left,
+            While::Runs | While::Ends => split(self.notes(), |byte| self.is_marked(byte)).left,
             While::HasEnded => self.notes(),
         }
     }
@@ -138,6 +140,11 @@ impl Online {
             stopped.retain(|(host, stopped)| stopped.is_ok() || !before.contains(host));
         }
         stopped
+    }
+
+    /// Those that could not be stopped are not tried again.
+    pub(crate) fn give_up(&mut self) {
+        self.failed.clear();
     }
 
     /// Whether transfers are left that no process has any more: it has ended, or has become another program. Or whether

@@ -454,6 +454,31 @@ fn what_a_program_has_made_by_fork_ends_with_it() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_motor_does_not_wait_for_a_process_that_takes_its_time_to_end() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let number = folder.path().join("helper");
+    let was_first = |_| {
+        let txt = txt().start().unwrap();
+        let run = run_with(&txt, "pc.c", "-DHELPER -DLEAVE", &[("HELPER", &number)]);
+        wait_for(&txt, "the motor turns", turns);
+        let helper = || fs::read_to_string(&number).unwrap_or_default().trim().parse().ok();
+        wait_until("the helper runs", || helper().is_some());
+        press(&txt, &run);
+        wait_stopped(&txt);
+        let was_first = !has_ended(helper().unwrap());
+        run.end().badly("what pc has left running was ended");
+        fs::remove_file(&number).unwrap();
+        was_first
+    };
+    // On a busy machine the other one may be first by chance.
+    assert!((0..5).any(was_first));
+}
+
 /// `/proc` is covered, which only root may do, or a user in a name space where the system allows it.
 #[cfg(target_os = "linux")]
 #[test]

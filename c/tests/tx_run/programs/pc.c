@@ -4,7 +4,8 @@
    by `_exit`: one that only waits, and one that drives. With EXEC the first one becomes another program before it ends.
    With RENAMED and REMOVED the program's file has another name or none before the one that waits is made; with THREAD a
    thread waits there, and main has ended. With CHAIN it is a new one every 20 ms. With CONTROL it has a function for
-   Ctrl-C that handles the first one. With KILLED it kills itself. With COMMAND it runs that for a long time. */
+   Ctrl-C that handles the first one. With KILLED it kills itself. With COMMAND it runs that for a long time. With HELPER
+   a process that it has made before ignores SIGTERM, with LEAVE it kills itself when I1 is pressed. */
 #ifdef THREAD
 #include <pthread.h>
 #endif
@@ -67,6 +68,15 @@ int main(int argc, char *argv[])
         _exit(4);
     }
 #endif
+#ifdef HELPER
+    if (fork() == 0) {
+        FILE *number = fopen(getenv("HELPER"), "w");
+        fprintf(number, "%d\n", (int)getpid());
+        fclose(number);
+        signal(SIGTERM, SIG_IGN);
+        wait_for_ever();
+    }
+#endif
     ftxInitLib();
     device = ftxOpenComDevice("COM4", 38400, &error);
     if (device == NULL || ftxStartTransferArea(device) != FTLIB_ERR_SUCCESS)
@@ -119,6 +129,9 @@ int main(int argc, char *argv[])
         GetInIOValue(device, 0, 0, &value, &overrun);
         Sleep(2);
     }
+#ifdef LEAVE
+    kill(getpid(), SIGKILL);
+#endif
 #ifdef WAITS
     atexit(wait_for_ever);
 #endif
