@@ -83,6 +83,7 @@ pub(crate) fn run(
     end_with_this_process(&mut command);
     let forks = Forks::of(&program.path)?;
     signals::begin_program();
+    signals::take_up_pauses()?;
     let mut child = command.spawn()?;
     let id = signals::pass_on_to(&child);
     let mut was_left = false;
@@ -95,6 +96,8 @@ pub(crate) fn run(
                 let words = stop_left(&mut online, target, While::Runs);
                 words.into_iter().for_each(|(_, it)| drop(to_say.try_send(it)));
             }
+            // Not while motors may be on.
+            Ok(None) if signals::is_to_pause(&child) && !online.has_any() => signals::pause(),
             Ok(None) => thread::sleep(LOOK),
             Ok(Some(status)) => break Ok(status),
             Err(error) => break Err(error),

@@ -80,6 +80,11 @@ impl Online {
         self.folder.join(BEGUN).exists()
     }
 
+    /// Whether a transfer has begun and not ended.
+    pub(crate) fn has_any(&self) -> bool {
+        !self.notes().is_empty()
+    }
+
     fn notes(&self) -> BTreeSet<Note> {
         let files = fs::read_dir(&self.folder).into_iter().flatten().flatten();
         let notes = files.filter_map(|file| Note::of(file.path()));

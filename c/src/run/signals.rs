@@ -14,11 +14,13 @@ use windows::came;
 
 #[cfg(unix)]
 pub(crate) use unix::{
-    is_crash, name_in, pass_on_to, pass_on_to_group, stop_passing_on, take_up, words_of,
+    is_crash, is_to_pause, name_in, pass_on_to, pass_on_to_group, pause, stop_passing_on, take_up,
+    take_up_pauses, words_of,
 };
 #[cfg(not(unix))]
 pub(crate) use windows::{
-    is_crash, name_in, pass_on_to, pass_on_to_group, stop_passing_on, take_up, words_of,
+    is_crash, is_to_pause, name_in, pass_on_to, pass_on_to_group, pause, stop_passing_on, take_up,
+    take_up_pauses, words_of,
 };
 
 /// An error when a signal has come while this was done: then what a child says is not about the program.
@@ -129,12 +131,12 @@ fn name_of_status(code: i32) -> Option<&'static str> {
 mod unix {
     use std::os::unix::process::ExitStatusExt;
     use std::process::{Child, ExitStatus};
-    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
     use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
     use std::time::{Duration, Instant};
     use std::{io, thread};
 
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGKILL, SIGQUIT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGKILL, SIGQUIT, SIGTERM, SIGTSTP, SIGTTIN};
     use signal_hook::flag;
     use signal_hook::iterator::exfiltrator::raw::WithRawSiginfo;
     use signal_hook::iterator::SignalsInfo;
@@ -143,6 +145,9 @@ mod unix {
     /// The signals that ask for the end.
     const ENDS: [i32; 4] = [SIGINT, SIGTERM, SIGHUP, SIGQUIT];
 
+    /// The signals by which a terminal suspends a program, and this process with it.
+    const PAUSES: [i32; 2] = [SIGTSTP, SIGTTIN];
+
     /// How long after the first signal another one is a second one.
     const SECOND_AFTER: Duration = Duration::from_secs(1);
 
@@ -150,6 +155,9 @@ mod unix {
     static CHILDREN: Mutex<Vec<libc::pid_t>> = Mutex::new(Vec::new());
     /// The last signal; 0 for none. It is known at once, before a child that got it has ended.
     static LAST: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
+
+    /// Whether one of those has come that suspend.
+    static PAUSE: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
     fn children() -> MutexGuard<'static, Vec<libc::pid_t>> {
         CHILDREN.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
@@ -181,6 +189,35 @@ mod unix {
             ENDS.iter().for_each(|signal| _ = libc::sigaddset(&raw mut ends, *signal));
             libc::pthread_sigmask(libc::SIG_UNBLOCK, &raw const ends, std::ptr::null_mut());
         }
+    }
+
+    /// From now on what suspends the program does not suspend this process, which has to stop what it leaves.
+    pub(crate) fn take_up_pauses() -> io::Result<()> {
+        for signal in PAUSES.into_iter().filter(|signal| !is_ignored(*signal)) {
+            flag::register(signal, Arc::clone(&PAUSE))?;
+        }
+        Ok(())
+    }
+
+    /// Whether the program was suspended by its terminal, which waits for this process, too.
+    pub(crate) fn is_to_pause(program: &Child) -> bool {
+        if !PAUSE.load(Ordering::SeqCst) {
+            return false;
+        }
+        // SAFETY: integers and pointers, for which all bits 0 are valid.
+        let mut found: libc::siginfo_t = unsafe { std::mem::zeroed() };
+        // Only asks.
+        let how = libc::WSTOPPED | libc::WNOHANG | libc::WNOWAIT;
+        // SAFETY: the place is this function's.
+        let asked = unsafe { libc::waitid(libc::P_PID, program.id(), &raw mut found, how) };
+        asked == 0 && found.si_signo == libc::SIGCHLD
+    }
+
+    /// Suspends this process until the shell continues it with its program.
+    pub(crate) fn pause() {
+        // SAFETY: a call without pointers.
+        unsafe { libc::kill(libc::getpid(), libc::SIGSTOP) };
+        PAUSE.store(false, Ordering::SeqCst);
     }
 
     /// Passes signals on to the children. One that comes a second after the first ends at once what has not ended: a
@@ -319,6 +356,17 @@ mod windows {
         };
         ctrlc::set_handler(came).map_err(io::Error::other)
     }
+
+    /// A console suspends nothing.
+    pub(crate) fn take_up_pauses() -> io::Result<()> {
+        Ok(())
+    }
+
+    pub(crate) fn is_to_pause(_: &Child) -> bool {
+        false
+    }
+
+    pub(crate) fn pause() {}
 
     pub(crate) fn came() -> Option<&'static str> {
         CAME.load(Ordering::SeqCst).then_some("Ctrl-C")

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 
-use ft_transfer_area_simulator::Machine;
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use super::ends::{goes_on_with_a_motor, press, wait_stopped, with_a_motor};
 use super::support::{
@@ -112,14 +112,42 @@ fn ctrl_z_ends_a_program_that_knows_no_pauses() {
         return;
     }
     let txt = txt().start().unwrap();
-    let mut command = tx_run(&["--host", &txt.address().to_string()]);
-    command.arg(program("ends.c")).env("CFLAGS", "-w -DCODE=0").process_group(0);
-    let run = Run::start(&mut command);
+    let run = run_in_group(&txt, "ends.c", "-w -DCODE=0");
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
     run.signal_group(libc::SIGTSTP);
     wait_stopped(&txt);
-    run.signal_group(libc::SIGCONT);
     run.end().badly("ended by Ctrl-Z; all outputs are off");
+}
+
+/// As a shell does, which suspends all of it.
+fn run_in_group(txt: &SimulatedTxt, name: &str, flags: &str) -> Run {
+    let mut command = tx_run(&["--host", &txt.address().to_string()]);
+    Run::start(command.arg(program(name)).env("CFLAGS", flags).process_group(0))
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn tx_run_is_suspended_with_its_program_and_stays_with_one_that_goes_on() {
+    if !has_compiler() {
+        return;
+    }
+    let first = txt().start().unwrap();
+    let run = run_in_group(&first, "pc.c", "");
+    wait_for(&first, "the motor turns", turns);
+    run.signal_group(libc::SIGTSTP);
+    wait_stopped(&first);
+    let stat = format!("/proc/{}/stat", run.id());
+    wait_until("it is suspended", || fs::read_to_string(&stat).unwrap().contains(") T "));
+    run.signal_group(libc::SIGCONT);
+    run.end_by(libc::SIGTERM).badly("pc was ended by SIGTERM");
+
+    let second = txt().start().unwrap();
+    let run = run_in_group(&second, "pc.c", "-DSTUBBORN -DLEAVE");
+    wait_for(&second, "the motor turns", turns);
+    run.signal_group(libc::SIGTSTP);
+    press(&second, &run);
+    wait_stopped(&second);
+    run.end().badly("tx_run has sent it: all outputs are off");
 }
 
 #[cfg(target_os = "linux")]

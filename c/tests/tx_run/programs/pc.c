@@ -5,7 +5,8 @@
    With RENAMED and REMOVED the program's file has another name or none before the one that waits is made; with THREAD a
    thread waits there, and main has ended. With CHAIN it is a new one every 20 ms. With CONTROL it has a function for
    Ctrl-C that handles the first one. With KILLED it kills itself. With COMMAND it runs that for a long time. With HELPER
-   a process that it has made before ignores SIGTERM, with LEAVE it kills itself when I1 is pressed. */
+   a process that it has made before ignores SIGTERM, with LEAVE it kills itself when I1 is pressed. With
+   STUBBORN it ignores Ctrl-Z. */
 #ifdef THREAD
 #include <pthread.h>
 #endif
@@ -58,6 +59,9 @@ int main(int argc, char *argv[])
 
 #ifdef DEAF
     signal(SIGINT, SIG_IGN);
+#endif
+#ifdef STUBBORN
+    signal(SIGTSTP, SIG_IGN);
 #endif
 #ifdef CONTROL
     SetConsoleCtrlHandler(on_control, TRUE);
