@@ -5,6 +5,7 @@
 use std::fs::{self, File};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
+use std::mem;
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -186,17 +187,44 @@ struct Mark {
     process: u32,
     /// The byte, by which the notes are called; 0 where the file system has no marks, so that nobody asks for one.
     byte: u32,
-    _file: File,
+    file: File,
+    /// Where the file is.
+    place: Place,
+}
+
+impl Mark {
+    fn is_there(&self) -> bool {
+        place_of(&self.file) == self.place
+    }
+}
+
+/// The numbers of a file system and of a file in it.
+type Place = Option<(u64, u64)>;
+
+#[cfg(unix)]
+fn place_of(file: &File) -> Place {
+    use std::os::unix::fs::MetadataExt;
+    file.metadata().ok().map(|it| (it.dev(), it.ino()))
+}
+
+/// Programs do not know the handles of others.
+#[cfg(not(unix))]
+fn place_of(_: &File) -> Place {
+    None
 }
 
 /// Holds a mark, if this process does not hold it yet. Returns its byte.
 fn mark(process: u32, path: &Path) -> io::Result<u32> {
     let mut marked = MARKED.lock();
-    if let Some(mark) = marked.as_ref().filter(|mark| mark.process == process) {
-        return Ok(mark.byte);
+    if let Some(mark) = marked.take() {
+        if !mark.is_there() {
+            // The program has closed it, with all that it found. Its number may be that of another file by now.
+            mem::forget(mark);
+        } else if mark.process == process {
+            return Ok(marked.insert(mark).byte);
+        }
+        // Whatever closes the file in this process takes its marks away, so that of the parent is closed first.
     }
-    // Whatever closes the file in this process takes its marks away, so that of the parent is closed first.
-    *marked = None;
     let opened = File::open(path)?;
     // Not in the place of an input or output that the program has closed.
     let file = opened.try_clone()?;
@@ -208,7 +236,8 @@ fn mark(process: u32, path: &Path) -> io::Result<u32> {
         );
     });
     let byte = held.map_or(0, |()| byte);
-    *marked = Some(Mark { process, byte, _file: file });
+    let place = place_of(&file);
+    *marked = Some(Mark { process, byte, file, place });
     Ok(byte)
 }
 
@@ -225,7 +254,7 @@ fn new_byte(process: u32) -> u32 {
 fn hold_mark(file: &File, byte: u32) -> io::Result<()> {
     use std::os::fd::AsRawFd;
     // SAFETY: integers, for which all bits 0 are valid.
-    let mut mark: libc::flock = unsafe { std::mem::zeroed() };
+    let mut mark: libc::flock = unsafe { mem::zeroed() };
     mark.l_type = libc::F_RDLCK as _;
     mark.l_start = byte as _;
     mark.l_len = 1;

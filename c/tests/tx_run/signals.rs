@@ -35,6 +35,23 @@ fn a_program_that_becomes_another_one_is_stopped_while_that_runs() {
     ended.badly("tx_run has sent it: all outputs are off");
 }
 
+#[test]
+fn a_program_that_has_closed_all_its_files_drives_on() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "pc.c", "-DCLOSES");
+    wait_for(&txt, "the motor turns", turns);
+    let before = txt.with_machine(|machine| machine.exchanges());
+    // In this time `tx_run` looks many times.
+    wait_for(&txt, "more exchanges", |machine| machine.exchanges() > before + 50);
+    press(&txt, &run);
+    let ended = run.end();
+    assert_eq!((ended.status, ended.err.contains("last exchange")), (Some(3), false), "{ended:#?}");
+    wait_stopped(&txt);
+}
+
 /// Each has a controller of its own.
 #[test]
 fn what_one_process_of_a_program_leaves_is_stopped_while_another_one_drives() {

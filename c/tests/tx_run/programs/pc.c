@@ -6,7 +6,7 @@
    thread waits there, and main has ended. With CHAIN it is a new one every 20 ms. With CONTROL it has a function for
    Ctrl-C that handles the first one. With KILLED it kills itself. With COMMAND it runs that for a long time. With HELPER
    a process that it has made before ignores SIGTERM, with LEAVE it kills itself when I1 is pressed. With
-   STUBBORN it ignores Ctrl-Z. */
+   STUBBORN it ignores Ctrl-Z. With CLOSES it closes all its files after a first transfer. */
 #ifdef THREAD
 #include <pthread.h>
 #endif
@@ -53,7 +53,7 @@ int main(int argc, char *argv[])
 #if defined(RENAMED) || defined(REMOVED)
     char file[1000] = "", other[1010];
 #endif
-#ifdef CHAIN
+#if defined(CHAIN) || defined(CLOSES)
     int i;
 #endif
 
@@ -82,6 +82,13 @@ int main(int argc, char *argv[])
     }
 #endif
     ftxInitLib();
+#ifdef CLOSES
+    device = ftxOpenComDevice("COM4", 38400, &error);
+    ftxStartTransferArea(device);
+    ftxCloseDevice(device);
+    for (i = 3; i < 1000; i++)
+        close(i);
+#endif
     device = ftxOpenComDevice("COM4", 38400, &error);
     if (device == NULL || ftxStartTransferArea(device) != FTLIB_ERR_SUCCESS)
         return 1;
