@@ -9,7 +9,7 @@ use std::mem;
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::mpsc::{self, Sender, SyncSender};
+use std::sync::mpsc::{self, SyncSender};
 use std::time::{Duration, SystemTime};
 
 use parking_lot::Mutex;
@@ -40,11 +40,14 @@ static MARKED: Mutex<Option<Mark>> = Mutex::new(None);
 /// Transfers that are gone without a last exchange.
 static LEFT: Mutex<Vec<Note>> = Mutex::new(Vec::new());
 
+/// How many notes wait for a disk that stands still.
+const REMOVALS: usize = 64;
+
 /// A note that is to be removed, and who waits for that.
 type Removal = (PathBuf, SyncSender<()>);
 
 /// What removes notes, and the process that has its thread.
-static REMOVER: Mutex<Option<(u32, &'static Sender<Removal>)>> = Mutex::new(None);
+static REMOVER: Mutex<Option<(u32, &'static SyncSender<Removal>)>> = Mutex::new(None);
 
 /// A transfer whose motors may be on.
 pub(crate) struct Online {
@@ -127,13 +130,15 @@ impl Note {
 
     fn remove(&self) {
         let remover = REMOVER.lock().filter(|(process, _)| *process == process::id());
-        let (done, is_done) = mpsc::sync_channel(1);
-        let is_asked = |sender: &Sender<Removal>| sender.send((self.path.clone(), done)).is_ok();
-        if remover.is_some_and(|(_, sender)| is_asked(sender)) {
-            let _ = is_done.recv_timeout(REMOVAL_LIMIT);
-        } else {
+        let Some((_, sender)) = remover else {
             // `tx_run` may have done it.
             let _ = fs::remove_file(&self.path);
+            return;
+        };
+        let (done, is_done) = mpsc::sync_channel(1);
+        // Without room for it, `tx_run` removes it at the end.
+        if sender.try_send((self.path.clone(), done)).is_ok() {
+            let _ = is_done.recv_timeout(REMOVAL_LIMIT);
         }
     }
 
@@ -161,7 +166,7 @@ fn start_remover(process: u32) {
     crate::allocator::survive_forks();
     // The thread holds signals back, too.
     let _inside = crate::inside::enter();
-    let (sender, removals) = mpsc::channel::<Removal>();
+    let (sender, removals) = mpsc::sync_channel::<Removal>(REMOVALS);
     let remove = move || {
         for (path, done) in removals {
             let _ = fs::remove_file(path);
