@@ -171,6 +171,18 @@ fn a_recording_in_parts_has_files_that_can_be_read_alone() {
     }
     let both = run(&["record", "--simulate", "--parts", "1s", "--force", "-o", &path]);
     assert_eq!(both.status.code(), Some(2), "{}", said(&both));
+
+    // As after a power cut.
+    fs::write(&expected[0], "").unwrap();
+    let rest = run(&["info", &path]);
+    assert_eq!(rest.status.code(), Some(1));
+    assert!(said(&rest).contains(&format!("1 of {} parts can't be read", files.len())));
+    let shown = String::from_utf8(rest.stdout).unwrap();
+    assert!(shown.contains("is empty") && shown.contains("TX2013"), "{shown}");
+    let rest: serde_json::Value =
+        serde_json::from_slice(&run(&["info", "--json", &path]).stdout).unwrap();
+    assert!(rest[0]["error"].as_str().unwrap().contains("is empty"), "{rest}");
+    assert_eq!(rest[1]["device_name"], "TX2013");
 }
 
 #[cfg_attr(windows, ignore = "Windows keeps a file that is written")]

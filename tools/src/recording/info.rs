@@ -1,8 +1,9 @@
 //! `txt info`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
+use anyhow::bail;
 use serde::Serialize;
 
 use super::in_parts;
@@ -37,18 +38,24 @@ pub(crate) struct Args {
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     match &in_parts::files_of(&args.file)[..] {
         [file] => show(&Survey::of(file)?, args.json),
-        parts if args.json => {
-            let parts = parts.iter().map(|file| {
-                Ok(Part { file: file.display().to_string(), survey: Survey::of(file)? })
-            });
-            let parts: anyhow::Result<Vec<_>> = parts.collect();
-            print::line(print::json(&parts?)?)
+        parts => show_all(parts, args.json),
+    }
+}
+
+/// Shows what can be read of a recording in parts.
+fn show_all(files: &[PathBuf], json: bool) -> anyhow::Result<()> {
+    let parts: Vec<_> = files.iter().map(|file| Part::of(file)).collect();
+    if json {
+        print::line(print::json(&parts)?)?;
+    } else {
+        for Part { file, survey, error } in &parts {
+            let what = survey.as_ref().map(text).or(error.clone()).unwrap_or_default();
+            print::line(format_args!("{:12} {file}\n{}\n", "file", what.trim_end()))?;
         }
-        parts => parts.iter().try_for_each(|file| {
-            print::line(format_args!("{:12} {}", "file", file.display()))?;
-            show(&Survey::of(file)?, false)?;
-            print::line("")
-        }),
+    }
+    match parts.iter().filter(|part| part.error.is_some()).count() {
+        0 => Ok(()),
+        unread => bail!("{unread} of {} parts can't be read", parts.len()),
     }
 }
 
@@ -65,7 +72,19 @@ fn show(survey: &Survey, json: bool) -> anyhow::Result<()> {
 struct Part {
     file: String,
     #[serde(flatten)]
-    survey: Survey,
+    survey: Option<Survey>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
+}
+
+impl Part {
+    fn of(file: &Path) -> Self {
+        let (survey, error) = match Survey::of(file) {
+            Ok(survey) => (Some(survey), None),
+            Err(error) => (None, Some(format!("{error:#}"))),
+        };
+        Self { file: file.display().to_string(), survey, error }
+    }
 }
 
 fn text(survey: &Survey) -> String {
