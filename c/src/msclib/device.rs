@@ -5,7 +5,7 @@ use std::ptr::null_mut;
 use std::sync::atomic::{AtomicBool, AtomicPtr, Ordering};
 use std::sync::{Arc, Weak};
 
-use ft_transfer_area::{FoundController, Statistics, TransferMode};
+use ft_transfer_area::{FirmwareVersion, FoundController, Statistics, TransferMode};
 use parking_lot::Mutex;
 
 use super::callbacks::{Callbacks, Owner};
@@ -97,8 +97,19 @@ impl Device {
         }
     }
 
+    /// The one that has answered at the opening.
     pub(super) fn controller(&self) -> &FoundController {
         &self.controller
+    }
+
+    /// Of the controller that was connected last, which may be another one than at the opening.
+    pub(super) fn name(&self) -> String {
+        self.session.handler().device_name().unwrap_or_else(|| self.controller.name.clone())
+    }
+
+    /// As the name.
+    pub(super) fn firmware(&self) -> FirmwareVersion {
+        self.session.handler().version().unwrap_or(self.controller.firmware)
     }
 
     pub(super) fn array(&self) -> &AreaArray<Ta> {

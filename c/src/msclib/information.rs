@@ -87,7 +87,7 @@ fn master_text(
 
 /// `V 04.06` for 4.6.6.
 fn firmware_text(device: &Arc<Device>) -> String {
-    let [.., major, minor] = ta_firmware(device.controller().firmware);
+    let [.., major, minor] = ta_firmware(device.firmware());
     format!("V {major:02}.{minor:02}")
 }
 
@@ -173,7 +173,7 @@ pub(crate) extern "C" fn GetRoboTxDevName(
     size: u32,
 ) -> u32 {
     master_text(handle, controller, to, size, |device| {
-        device.controller().name.chars().take(NAME_MAX).collect()
+        device.name().chars().take(NAME_MAX).collect()
     })
 }
 
@@ -203,7 +203,7 @@ pub(crate) extern "C" fn GetRoboTxFwStr(
 #[no_mangle]
 pub(crate) extern "C" fn GetRoboTxFwVal(handle: Handle, controller: c_int, to: Out<u32>) -> u32 {
     with_area(handle, controller, |device, _| match controller {
-        0 => to.put(u32::from_be_bytes(ta_firmware(device.controller().firmware))),
+        0 => to.put(u32::from_be_bytes(ta_firmware(device.firmware()))),
         _ => Err(FTLIB_ERR_FAILED),
     })
 }

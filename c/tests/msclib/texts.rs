@@ -2,6 +2,8 @@
 
 use std::ptr::{null, null_mut};
 
+use ft_transfer_area::FirmwareVersion;
+
 use super::api::*;
 use super::bench::*;
 
@@ -25,6 +27,26 @@ fn the_library_and_its_errors_have_texts() {
     assert_eq!(short.map(|c| c as u8), *b"No \0");
     assert_eq!(ftxGetLibErrorString(0, 1, null_mut(), 4), 0);
     assert_eq!(ftxGetLibErrorString(0, 1, short.as_mut_ptr(), 0), 0);
+}
+
+#[test]
+fn a_new_transfer_tells_the_controller_that_has_it() {
+    let _library = initialized();
+    let builder = ft_transfer_area_simulator::SimulatedTxt::builder;
+    let txt = start(builder().device_name("before"));
+    let port = txt.port();
+    let device = Device::open(&txt);
+    device.start();
+    assert_eq!(ftxStopTransferArea(device.0), SUCCESS);
+    drop(txt);
+    // Another one has its address.
+    let _after =
+        start(builder().device_name("after").firmware(FirmwareVersion::new(4, 6, 6)).port(port));
+    device.start();
+    let name = text(|to, size| GetRoboTxDevName(device.0, 0, to, size)).0;
+    let firmware = text(|to, size| GetRoboTxFwStr(device.0, 0, to, size)).0;
+    assert_eq!((&*name, &*firmware), ("after", "V 04.06"));
+    assert_eq!(text(|to, size| ftxGetFirmwareStrg(device.0, to, size)).0, "V 04.06");
 }
 
 #[test]
