@@ -1,5 +1,6 @@
 //! The camera's pictures. The newest one wins: a page that is slow misses some.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -30,6 +31,7 @@ pub(crate) struct Camera {
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct CameraState {
     running: bool,
+    /// While it is 0 there is no picture.
     frames: u64,
     error: Option<Problem>,
 }
@@ -55,8 +57,12 @@ impl Camera {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub(super) fn show(&self, frame: &CameraFrame) {
+    /// Shows this one, unless the controller that has sent it is gone.
+    pub(super) fn show(&self, frame: &CameraFrame, is_there: impl FnOnce() -> bool) {
         let mut state = self.lock();
+        if !is_there() {
+            return;
+        }
         state.running = true;
         state.frames += 1;
         match frame.jpeg() {
@@ -74,9 +80,17 @@ impl Camera {
         self.picture.send_replace(Arc::from([]));
     }
 
+    /// The next picture may be of another controller.
+    pub(super) fn forget(&self) {
+        let mut state = self.lock();
+        state.frames = 0;
+        self.picture.send_replace(Arc::from([]));
+    }
+
     /// No more pictures come on this connection.
     pub(super) fn end(&self) {
         self.lock().running = false;
+        self.forget();
     }
 }
 
@@ -85,9 +99,10 @@ pub(super) fn start(
     handler: Arc<TransferAreaComHandler>,
     camera: Arc<Camera>,
     button: Button,
+    is_connected: Arc<AtomicBool>,
 ) -> Result<Sender<Order<CameraRequest>>, Error> {
     let (orders, receiver) = bounded(WAITING);
-    spawn("camera", move || work(&handler, &camera, &button, &receiver))?;
+    spawn("camera", move || work(&handler, &camera, &button, &is_connected, &receiver))?;
     Ok(orders)
 }
 
@@ -95,6 +110,7 @@ fn work(
     handler: &TransferAreaComHandler,
     camera: &Camera,
     button: &Button,
+    is_connected: &AtomicBool,
     orders: &Receiver<Order<CameraRequest>>,
 ) {
     let mut frames = never();
@@ -115,14 +131,13 @@ fn work(
             },
             recv(frames) -> frame => match frame {
                 Ok(frame) => {
-                    camera.show(&frame);
+                    camera.show(&frame, || is_connected.load(Ordering::Relaxed));
                     button.picture(&frame);
                 }
                 Err(_) => {
                     frames = never();
-                    let mut state = camera.lock();
-                    state.running = false;
-                    state.error = handler.camera_error().map(Problem::from);
+                    camera.end();
+                    camera.lock().error = handler.camera_error().map(Problem::from);
                 }
             },
         }
@@ -143,4 +158,27 @@ fn switch(
     let framerate = request.fps.unwrap_or(options.framerate);
     let options = options.size(width, height).framerate(framerate);
     handler.start_camera(options.frame_limit(FRAME_LIMIT))
+}
+
+#[cfg(test)]
+mod tests {
+    use ft_transfer_area_simulator::SimulatedTxt;
+
+    use super::*;
+
+    #[test]
+    fn a_picture_that_comes_after_the_loss_of_its_controller_is_not_shown() {
+        let txt = SimulatedTxt::builder().camera_start_up(Duration::ZERO).start().unwrap();
+        let handler = TransferAreaComHandler::builder(txt.address()).build().unwrap();
+        handler.begin_transfer().unwrap();
+        let frame = handler.start_camera(options()).unwrap().recv().unwrap();
+        handler.end_transfer().unwrap();
+        let camera = Camera::default();
+        camera.switched(true);
+        camera.show(&frame, || true);
+        assert!(camera.state().frames == 1 && !camera.pictures().borrow().is_empty());
+        camera.forget();
+        camera.show(&frame, || false);
+        assert!(camera.state().frames == 0 && camera.pictures().borrow().is_empty());
+    }
 }

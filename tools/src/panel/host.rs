@@ -146,11 +146,16 @@ impl Host {
         let stopper = start_stopper(handler.areas().clone(), &controller)?;
         let worker = Worker::new(controller, for_worker, publish);
         let driven = Driven {
+            i2c: i2c::start(Arc::clone(&handler), Arc::clone(common))?,
+            camera: camera::start(
+                handler,
+                Arc::clone(&camera),
+                button.clone(),
+                Arc::clone(&running),
+            )?,
             running,
             orders,
             stopper,
-            i2c: i2c::start(Arc::clone(&handler), Arc::clone(common))?,
-            camera: camera::start(handler, Arc::clone(&camera), button.clone())?,
         };
         let (driven, gate, button) = (Some(driven), None, Some(button));
         let (hands, names) = (true, Names::default());

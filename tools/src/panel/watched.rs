@@ -136,16 +136,20 @@ impl Watched {
                 self.drives = Some(seen.connection);
                 self.controller = self.said.of(seen.connection);
                 (self.error, self.is_unclear) = (None, false);
-                (self.histogram, self.answers) = Default::default();
-                (self.cycles, self.late, self.forgotten) = (0, 0, 0);
-                (self.areas, self.cycle_ms, self.i2c) = Default::default();
+                self.forget();
                 // StartOnline.
                 self.commands = 1;
-                self.camera.switched(false);
             }
             // What follows is only about the connection that drives.
             _ if !is_shown => {}
-            Happened::Controller { .. } => self.controller = self.said.of(seen.connection),
+            Happened::Controller { .. } => {
+                let controller = self.said.of(seen.connection);
+                // The program before was connected to another one.
+                if self.drives.is_none() && self.controller != controller {
+                    self.forget();
+                }
+                self.controller = controller;
+            }
             Happened::Command(_) => self.commands += u64::from(self.drives.is_some()),
             Happened::Offline(farewell) => {
                 self.drives = None;
@@ -170,11 +174,19 @@ impl Watched {
         }
     }
 
+    /// Nothing of the program before is shown any more.
+    fn forget(&mut self) {
+        (self.histogram, self.answers) = Default::default();
+        (self.cycles, self.late, self.forgotten, self.commands) = Default::default();
+        (self.areas, self.cycle_ms, self.i2c) = Default::default();
+        self.camera.switched(false);
+    }
+
     fn of_camera(&mut self, seen: &Seen) {
         match &seen.what {
             Happened::Picture(frame) => {
                 self.pictures = seen.connection;
-                self.camera.show(frame);
+                self.camera.show(frame, || true);
             }
             Happened::Closed if self.pictures == seen.connection => self.camera.end(),
             _ => {}

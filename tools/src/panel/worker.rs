@@ -182,6 +182,8 @@ impl Worker {
     /// There is no connection for now.
     fn lose(&mut self, phase: Phase, error: Error) {
         self.controller.running.store(false, Ordering::Relaxed);
+        // After that no picture of before is shown.
+        self.controller.camera.forget();
         self.is_cut |= self.phase == Phase::Running;
         (self.phase, self.error) = (phase, Some(error.into()));
         self.histogram.interrupt();

@@ -1,7 +1,7 @@
 //! The camera and I2C devices.
 
 use std::io::{Read, Write};
-use std::net::TcpListener;
+use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area_simulator::SimulatedTxt;
@@ -10,6 +10,7 @@ use serde_json::json;
 use super::http::connect;
 use super::program::Panel;
 use super::LIMIT;
+use crate::watch::away::started;
 
 /// A camera's picture of 320×240.
 const PICTURE: &[u8] = include_bytes!("../../../tests/camera/clean_320x240_420.jpg");
@@ -80,17 +81,7 @@ fn the_camera_shows_its_pictures() {
     let mut page = panel.driver();
     page.done(json!({"do": "camera", "on": true, "width": 160, "height": 120, "fps": 30}));
     assert_eq!(page.refused(json!({"do": "camera", "on": true})), "camera_on");
-    let head =
-        format!("GET /camera/0?token={} HTTP/1.1\r\nHost: {}\r\n\r\n", panel.token, panel.address);
-    let mut stream = connect(&panel);
-    stream.write_all(head.as_bytes()).unwrap();
-    let mut received = Vec::new();
-    while count(&received, b"\r\nContent-Type: image/jpeg\r\n") < 3 {
-        let mut bytes = [0; 4096];
-        let length = stream.read(&mut bytes).unwrap();
-        assert!(length > 0, "{}", String::from_utf8_lossy(&received));
-        received.extend_from_slice(&bytes[..length]);
-    }
+    let received = pictures(&mut viewer(&panel), 3);
     assert_eq!(count(&received, b"content-type: multipart/x-mixed-replace; boundary="), 1);
     assert!(count(&received, &[0xFF, 0xD8, 0xFF]) >= 2);
     let settings = txt.with_machine(|machine| machine.camera()).unwrap();
@@ -103,17 +94,37 @@ fn the_camera_shows_its_pictures() {
     // Until the next picture comes there is none.
     txt.with_machine(|machine| machine.set_camera_picture(Some(PICTURE.to_vec())));
     page.done(json!({"do": "camera", "on": true, "width": 320, "height": 240}));
-    let mut stream = connect(&panel);
-    stream.write_all(head.as_bytes()).unwrap();
-    let mut received = Vec::new();
-    while count(&received, b"\r\nContent-Type: image/jpeg\r\n") < 2 {
-        let mut bytes = [0; 4096];
-        let length = stream.read(&mut bytes).unwrap();
-        assert!(length > 0, "{}", String::from_utf8_lossy(&received));
-        received.extend_from_slice(&bytes[..length]);
-    }
-    let begin = received.windows(3).position(|bytes| bytes == [0xFF, 0xD8, 0xFF]).unwrap();
-    assert!(received[begin..].starts_with(PICTURE), "it begins with an old picture");
+    let received = pictures(&mut viewer(&panel), 2);
+    assert!(begins_with(&received, PICTURE), "it begins with an old picture");
+}
+
+#[test]
+fn a_picture_is_not_shown_after_the_connection_it_came_by() {
+    let txt = SimulatedTxt::builder().camera_start_up(Duration::ZERO).start().unwrap();
+    let port = txt.port();
+    txt.with_machine(|machine| machine.set_camera_picture(Some(PICTURE.to_vec())));
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    page.done(json!({"do": "camera", "on": true}));
+    page.state(0, |state| state["camera"]["frames"].as_u64() > Some(0));
+    drop(txt);
+    let state = page.state(0, |state| state["link"]["phase"] == "gap");
+    assert_eq!(state["camera"], json!({"running": true, "frames": 0, "error": null}));
+    let mut stream = viewer(&panel);
+    pictures(&mut stream, 0);
+
+    // Another controller is there now. It sends no more than some pictures.
+    let next = || SimulatedTxt::builder().port(port).camera_start_up(Duration::ZERO);
+    let txt = started(|| next().camera_stall_after(3));
+    assert!(!begins_with(&pictures(&mut stream, 2), PICTURE), "it is that of the one before");
+    txt.with_machine(|machine| machine.set_camera_picture(Some(PICTURE.to_vec())));
+    page.state(0, |state| !state["camera"]["error"].is_null());
+    let mut stream = viewer(&panel);
+    pictures(&mut stream, 0);
+    page.done(json!({"do": "camera", "on": true}));
+    assert!(begins_with(&pictures(&mut stream, 2), PICTURE), "it is of before the error");
+    // While the controller is there.
+    drop(panel);
 }
 
 #[test]
@@ -138,6 +149,34 @@ fn a_camera_that_sends_garbage_is_told_and_the_motor_turns_on() {
     });
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 512);
     drop(garbage);
+}
+
+/// A browser that asks for the pictures.
+fn viewer(panel: &Panel) -> TcpStream {
+    let mut stream = connect(panel);
+    let (token, address) = (&panel.token, &panel.address);
+    write!(stream, "GET /camera/0?token={token} HTTP/1.1\r\nHost: {address}\r\n\r\n").unwrap();
+    stream
+}
+
+/// What comes until so many pictures have begun; for 0, until there may be one.
+fn pictures(stream: &mut TcpStream, number: usize) -> Vec<u8> {
+    let mut received = Vec::new();
+    while count(&received, b"--picture\r\n") == 0
+        || count(&received, b"\r\nContent-Type: image/jpeg\r\n") < number
+    {
+        let mut bytes = [0; 4096];
+        let length = stream.read(&mut bytes).unwrap();
+        assert!(length > 0, "{}", String::from_utf8_lossy(&received));
+        received.extend_from_slice(&bytes[..length]);
+    }
+    received
+}
+
+/// Whether the first picture is this one.
+fn begins_with(received: &[u8], picture: &[u8]) -> bool {
+    let begin = received.windows(3).position(|bytes| bytes == [0xFF, 0xD8, 0xFF]).unwrap();
+    received[begin..].starts_with(picture)
 }
 
 fn count(bytes: &[u8], part: &[u8]) -> usize {

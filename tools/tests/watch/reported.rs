@@ -5,7 +5,7 @@ use std::process::Stdio;
 
 use ft_transfer_area::transfer_area::{Config, InputMode, UniConfig, LOCAL_IO};
 use ft_transfer_area::tx::{Input, Motor};
-use ft_transfer_area::wire::CmprHeader;
+use ft_transfer_area::wire::{CmprHeader, CommandId};
 use ft_transfer_area_recorder::{FailureKind, Transfer};
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 use serde_json::{json, Value};
@@ -249,4 +249,27 @@ fn page_and_recording_have_the_controller_that_each_program_itself_was_told() {
     assert!(lines.next().unwrap().starts_with(&begins), "{info}");
     assert!(lines.next().unwrap().ends_with(" s) on unknown, firmware unknown"), "{info}");
     assert!(lines.next().unwrap().ends_with(" s) on SECOND, firmware 4.7.0"), "{info}");
+}
+
+#[test]
+fn the_page_shows_nothing_of_a_controller_below_the_name_of_the_next_one() {
+    let first = at_free_ports(|port| SimulatedTxt::builder().port(port));
+    first.with_machine(|machine| machine.i2c_device(0x18)[7] = 99);
+    let (address, port) = (first.address(), first.port());
+    let watch = Watch::start(address, &[]);
+    let mut page = watch.page();
+    let handler = watch.handler().build().unwrap();
+    handler.begin_transfer().unwrap();
+    handler.i2c().unwrap().read(0x18, 7, &mut [0]).unwrap();
+    handler.areas().wait_cycle().unwrap();
+    handler.end_transfer().unwrap();
+    page.state(0, |state| !is_running(state) && !state["watched"]["i2c"].is_null());
+    drop(first);
+    let _second = started(|| SimulatedTxt::builder().port(port).device_name("SECOND"));
+    // It asks who is there, and is not online.
+    let mut program = watch.connect();
+    program.write_all(&CommandId::QueryStatus.id().to_le_bytes()).unwrap();
+    program.read_exact(&mut [0; 24]).unwrap();
+    let state = page.state(0, |state| state["link"]["name"] == "SECOND");
+    assert_eq!((&state["watched"]["i2c"], &state["link"]["cycles"]), (&json!(null), &json!(0)));
 }

@@ -19,7 +19,7 @@ export class Camera {
       send({ do: "camera", host: host.id, on: true, width, height, fps: Number(this.rate.value) });
     }, { class: "primary" });
     this.picture = h("img", { alt: t("picture"), hidden: true });
-    this.idle = h("p", { class: "idle" }, t("cameraIdle"));
+    this.idle = h("p", { class: "idle" });
     this.text = h("p", { class: "note", role: "status" });
     this.controls = h("fieldset", { class: "row" }, this.size, this.rate, this.on);
     this.element = card("camera", t("camera"), h("div", { class: "picture" }, this.picture, this.idle), host.driven ? this.controls : null, this.text);
@@ -28,13 +28,19 @@ export class Camera {
   update(state, may) {
     const { running, frames, error } = state.camera;
     this.controls.disabled = !may;
+    // After a gap it may be another controller's: until then nothing is shown.
+    const shows = running && frames > 0;
+    if (shows !== this.shows) {
+      this.shows = shows;
+      // The stream is a connection of its own; an empty picture ends it.
+      if (shows) this.picture.src = this.address;
+      else this.picture.removeAttribute("src");
+      setAttribute(this.picture, "hidden", !shows);
+      setAttribute(this.idle, "hidden", shows);
+    }
     if (running !== this.running) {
       this.running = running;
-      // The stream is a connection of its own; an empty picture ends it.
-      if (running) this.picture.src = this.address;
-      else this.picture.removeAttribute("src");
-      setAttribute(this.picture, "hidden", !running);
-      setAttribute(this.idle, "hidden", running);
+      setText(this.idle, t(running ? "noPicture" : "cameraIdle"));
       setText(this.on, t(running ? "cameraOff" : "cameraOn"));
       this.size.disabled = this.rate.disabled = running;
     }

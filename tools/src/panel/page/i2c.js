@@ -33,7 +33,14 @@ export class I2c {
 
   update(state, may) {
     if (state.watched) this.passed(state.watched.i2c);
+    else this.forget(state.i2c ? state.link.gaps : null);
     setDisabled(this.controls, !may || !state.i2c);
+  }
+
+  /** A result is of one connection: the next one may be to another controller. */
+  forget(connection) {
+    if (connection !== this.connection) this.show(t("hexHint"));
+    this.connection = connection;
   }
 
   /** The last request of another program, and its answer. */
@@ -45,11 +52,14 @@ export class I2c {
   }
 
   async run(action) {
+    const { connection } = this;
+    const isOld = () => connection !== this.connection;
     try {
-      this.show(await action());
+      const result = await action();
+      if (!isOld()) this.show(result);
     } catch (error) {
       // Null is a lost connection, which the whole page shows.
-      if (error) this.show(sentence(error), true);
+      if (error && !isOld()) this.show(sentence(error), true);
     }
   }
 
