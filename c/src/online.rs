@@ -6,6 +6,7 @@ use std::fs::{self, File};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
 use std::mem;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -64,9 +65,11 @@ struct Note {
 }
 
 impl Online {
-    /// The transfer with this host has begun. Before the program's outputs are sent.
-    pub(crate) fn begin(host: &str) -> Self {
-        Self::with_folder(host::variable(VARIABLE).as_deref(), host)
+    /// The transfer with the controller at this address has begun. Before the program's outputs are sent. The name may
+    /// lead nowhere, or to another one, when `tx_run` has to stop it.
+    pub(crate) fn begin(address: Option<SocketAddr>, host: &str) -> Self {
+        let host = address.map_or_else(|| host.to_owned(), |address| address.to_string());
+        Self::with_folder(host::variable(VARIABLE).as_deref(), &host)
     }
 
     fn with_folder(folder: Option<&str>, host: &str) -> Self {

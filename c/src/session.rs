@@ -205,7 +205,7 @@ impl<A: Area> ProgramSession<A> {
         // The controller has the program's configurations from the first response on.
         self.shared.mirror.lock().put_out_configs(&mut handler.areas().lock());
         let begun = handler.begin_transfer().and_then(|()| {
-            *self.shared.online.lock() = Some(Online::begin(&self.shared.host));
+            *self.shared.online.lock() = Some(Online::begin(handler.address(), &self.shared.host));
             self.begin()?;
             self.spawn()
         });

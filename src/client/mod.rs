@@ -362,9 +362,8 @@ impl TxtClient {
         self.i2c = access;
     }
 
-    /// The controller's address, unless the connection is lost already.
-    #[cfg_attr(all(test, shuttle), allow(dead_code, reason = "the models have their own client"))]
-    pub(crate) fn address(&self) -> Option<SocketAddr> {
+    /// The controller's address, with its main port, unless the connection is lost already.
+    pub fn address(&self) -> Option<SocketAddr> {
         self.connection.as_ref().and_then(Connection::peer)
     }
 

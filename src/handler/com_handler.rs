@@ -1,5 +1,6 @@
 //! The handler: a background thread exchanges the transfer area with the controller.
 
+use std::net::SocketAddr;
 use std::panic::{catch_unwind, resume_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 use std::time::Duration;
@@ -241,6 +242,12 @@ impl TransferAreaComHandler {
     #[doc(alias = "GetRoboTxDevName")]
     pub fn device_name(&self) -> Option<String> {
         self.controller().map(|controller| controller.status.name())
+    }
+
+    /// The address of the controller that was last connected, with its main port: where it still is when the name by which
+    /// it was found is not known any more, or names another one.
+    pub fn address(&self) -> Option<SocketAddr> {
+        self.controller()?.address
     }
 
     pub(crate) fn controller(&self) -> Option<Controller> {

@@ -390,7 +390,8 @@ fn program_has_left() -> bool {
     use std::fs;
 
     /// The names of threads that go on by themselves, cut by Linux to 15 bytes.
-    const OWN: [&str; 9] = [
+    const OWN: [&str; 10] = [
+        "camera",
         THREAD,
         crate::online::THREAD,
         crate::sentences::THREAD,

@@ -123,13 +123,14 @@ impl Kit {
         let mut client = self.connect()?;
         let firmware = client.query_status()?.version;
         client.start_online()?;
+        let online = Online::begin(client.address(), &self.host);
         let mut link = Link {
             client,
             simple: Exchange::new(TransferMode::Simple, firmware),
             compressed: Exchange::new(TransferMode::Compressed, firmware),
             areas: vec![FishX1Transfer::default(); self.areas.count()],
             begun: Instant::now(),
-            online: Online::begin(&self.host),
+            online,
         };
         exit::watch(&self.transfer);
         let mut transfer = self.transfer.lock();

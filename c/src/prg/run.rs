@@ -105,7 +105,7 @@ impl Program {
             i2c: Mutex::new(i2c),
         });
         system::set(Some(Arc::clone(&system)));
-        let online = Arc::new(Online::begin(host));
+        let online = Arc::new(Online::begin(handler.address(), host));
         let watch = Watch::new(Arc::clone(&handler), Arc::clone(&online))?;
         signals::take_up()?;
         let mirror = Mirror::new(array, DEV_MODE_LOCAL);

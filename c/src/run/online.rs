@@ -32,8 +32,8 @@ pub(crate) struct Online {
     tried: Instant,
     /// The hosts that the program may use, as far as this process has named them.
     named: BTreeSet<String>,
-    /// All notes that were seen since the last stop.
-    seen: BTreeSet<Note>,
+    /// The hosts and bytes of all notes that were seen since the last stop.
+    seen: BTreeSet<(String, u32)>,
     /// Those that say nothing more, and are perhaps still there.
     done_with: BTreeSet<Note>,
 }
@@ -81,14 +81,15 @@ impl Online {
     }
 
     /// Whether a transfer has begun and not ended.
-    pub(crate) fn has_any(&self) -> bool {
+    pub(crate) fn has_any(&mut self) -> bool {
         !self.notes().is_empty()
     }
 
-    fn notes(&self) -> BTreeSet<Note> {
+    fn notes(&mut self) -> BTreeSet<Note> {
         let files = fs::read_dir(&self.folder).into_iter().flatten().flatten();
-        let notes = files.filter_map(|file| Note::of(file.path()));
-        notes.filter(|note| !self.done_with.contains(note)).collect()
+        let notes: BTreeSet<_> = files.filter_map(|file| Note::of(file.path())).collect();
+        self.done_with.retain(|note| notes.contains(note));
+        &notes - &self.done_with
     }
 
     /// Removes these, without waiting for a disk that may stand still.
@@ -103,16 +104,19 @@ impl Online {
         let _ = thread::Builder::new().spawn(remove);
     }
 
-    fn left(&self, program: While) -> BTreeSet<Note> {
+    fn left(&mut self, program: While) -> BTreeSet<Note> {
         match program {
             // In this order: the library marks the file first.
-            While::Runs | While::Ends => split(self.notes(), |byte| self.is_marked(byte)).left,
+            While::Runs | While::Ends => {
+                let notes = self.notes();
+                split(notes, |byte| self.is_marked(byte)).left
+            }
             While::HasEnded => self.notes(),
         }
     }
 
     /// Whether a transfer to this host is left.
-    pub(crate) fn has_left(&self, host: &str, program: While) -> bool {
+    pub(crate) fn has_left(&mut self, host: &str, program: While) -> bool {
         self.left(program).iter().any(|left| left.host == host)
     }
 
@@ -133,7 +137,7 @@ impl Online {
         hosts.extend(before.iter().cloned());
         let seen = mem::take(&mut self.seen);
         if self.is_gone() {
-            hosts.extend(seen.into_iter().map(|note| note.host));
+            hosts.extend(seen.into_iter().map(|(host, _)| host));
             hosts.extend(mem::take(&mut self.named));
         }
         let hosts = hosts.into_iter().filter(|host| Some(host.as_str()) != but);
@@ -157,8 +161,8 @@ impl Online {
     pub(crate) fn is_left(&mut self) -> bool {
         let notes = self.notes();
         let is_gone = !self.seen.is_empty() && self.is_gone();
-        let are_lost = is_gone && !self.seen.iter().any(|note| self.is_marked(note.byte));
-        self.seen.extend(notes.iter().cloned());
+        let are_lost = is_gone && !self.seen.iter().any(|(_, byte)| self.is_marked(*byte));
+        self.seen.extend(notes.iter().map(|note| (note.host.clone(), note.byte)));
         let Split { left, stood_for, driven } = split(notes, |byte| self.is_marked(byte));
         self.remove(&stood_for);
         self.failed.retain(|host| !driven.contains(host));
@@ -263,19 +267,36 @@ mod tests {
     fn what_has_begun_and_not_ended_is_left() {
         let folder = tempfile::tempdir().unwrap();
         let mut online = Online::new(folder.path(), BTreeSet::new()).unwrap();
-        let left = |online: &Online| {
+        let left = |online: &mut Online| {
             online.left(While::HasEnded).into_iter().map(|note| note.host).collect::<Vec<_>>()
         };
         // "auto" and "10.0.0.7:65000", as the library names them.
         let notes = ["7.0.6175746f", "7.1.31302e302e302e373a3635303030"];
-        let note = |name| File::create_new(online.folder.join(name)).unwrap();
-        assert_eq!(left(&online), [""; 0]);
+        let transfers = online.folder.clone();
+        let note = |name| File::create_new(transfers.join(name)).unwrap();
+        assert_eq!(left(&mut online), [""; 0]);
         notes.into_iter().for_each(|name| drop(note(name)));
         note("begun");
-        assert_eq!(left(&online), ["auto", "10.0.0.7:65000"]);
+        assert_eq!(left(&mut online), ["auto", "10.0.0.7:65000"]);
         fs::remove_file(online.folder.join(notes[0])).unwrap();
         assert!(online.stop_left(Some("10.0.0.7:65000"), While::HasEnded).is_empty());
-        assert_eq!(left(&online), [""; 0]);
+        assert_eq!(left(&mut online), [""; 0]);
+    }
+
+    #[test]
+    fn transfers_that_have_ended_are_not_remembered() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut online = Online::new(folder.path(), BTreeSet::new()).unwrap();
+        for number in 0..50 {
+            // "auto", without a mark.
+            let note = online.folder.join(format!("0.{number}.6175746f"));
+            File::create_new(&note).unwrap();
+            assert!(!online.is_left());
+            online.done_with.extend(Note::of(note.clone()));
+            fs::remove_file(note).unwrap();
+        }
+        assert!(!online.is_left());
+        assert_eq!((online.seen.len(), online.done_with.len()), (1, 0));
     }
 
     #[test]

@@ -211,6 +211,67 @@ fn a_program_that_is_killed_is_followed_by_an_exchange_that_stops_everything() {
     wait_stopped(&txt);
 }
 
+/// A name leads nowhere when the network is away.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_controller_whose_name_is_forgotten_is_stopped_at_its_address() {
+    let folder = tempfile::tempdir().unwrap();
+    let hosts = folder.path().join("hosts");
+    fs::write(&hosts, "127.0.0.1 mytxt\n").unwrap();
+    let in_space = |program: &str| {
+        let mut command = Command::new("unshare");
+        let script = format!("mount --bind \"$0\" /etc/hosts && exec {program} \"$@\"");
+        command.args(["-rm", "sh", "-c", &script]).arg(&hosts);
+        command
+    };
+    let known = in_space("getent").args(["hosts", "mytxt"]).output();
+    if !known.is_ok_and(|output| output.status.success()) || !has_compiler() {
+        return eprintln!("skipped: there are no names of its own here");
+    }
+    let sources = [
+        (
+            "main.cpp",
+            r#"
+            #include <signal.h>
+            #include <unistd.h>
+            #include "KeLibTxtDl.h"
+            int main() {
+                if (StartTxtDownloadProg() != KELIB_ERROR_NONE) return 1;
+                FISH_X1_TRANSFER *area = GetKeLibTransferAreaMainAddress();
+                area->ftX1out.duty[0] = 300;
+                while (!area->ftX1in.uni[0]) usleep(2000);
+                return raise(SIGKILL);
+            }"#,
+        ),
+        (
+            "tic.c",
+            r#"
+            #include <signal.h>
+            #include "ROBO_TX_PRG.h"
+            void PrgInit(TA *areas, int count) {}
+            int PrgTic(TA *areas, int count) {
+                areas[TA_LOCAL].output.duty[0] = 300;
+                if (areas[TA_LOCAL].input.uni[0]) raise(SIGKILL);
+                return 0x7FFF;
+            }"#,
+        ),
+    ];
+    for (name, text) in sources {
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        let txt = txt().start().unwrap();
+        fs::write(&hosts, "127.0.0.1 mytxt\n").unwrap();
+        let mut command = in_space(env!("CARGO_BIN_EXE_tx_run"));
+        command.arg(&path).arg("--host").arg(format!("mytxt:{}", txt.address().port()));
+        let run = Run::start(&mut command);
+        wait_for(&txt, "the motor turns", turns);
+        fs::write(&hosts, "").unwrap();
+        txt.with_machine(|machine| machine.controllers[0].uni[0] = 1);
+        run.end().badly("tx_run has sent it: all outputs are off");
+        wait_stopped(&txt);
+    }
+}
+
 /// Compiles what takes the place of functions of the C library.
 #[cfg(target_os = "linux")]
 fn library_of(name: &str, folder: &Path) -> std::path::PathBuf {
