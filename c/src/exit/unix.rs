@@ -16,6 +16,7 @@ use parking_lot::Mutex;
 use super::{end_all, goes_on, Stack};
 use crate::ffi::guarded;
 use crate::inside;
+use crate::online::is_of_tx_run;
 use crate::posix::terminal_again;
 
 /// The signals that end a program by default on all systems, with their names, except those of a crash.
@@ -137,6 +138,7 @@ pub(super) fn watch() {
     // The thread holds signals back, too.
     let _inside = inside::enter();
     let _one = ONE_AT_A_TIME.lock();
+    continue_tx_run();
     let own = process::id();
     if WATCHED_BY.load(Ordering::Acquire) != own {
         stay_loaded();
@@ -277,17 +279,42 @@ fn hold_signals_back() {
     }
 }
 
-/// Suspends the program, with its transfers ended. When it goes on it may begin them again.
+/// Suspends the program, with its transfers ended. When it goes on it may begin them again. Where no shell could continue
+/// it, as behind `ssh -t`, it goes on at once: the system does nothing then, and SIGSTOP would suspend for ever.
 fn suspend(ender: &Thread) {
     end_within_limit(ender);
     terminal_again();
-    // SAFETY: a call without pointers. The signal of before does nothing where no shell could continue the program.
-    unsafe { libc::kill(libc::getpid(), libc::SIGSTOP) };
+    // SAFETY: integers, pointers and sets, for which all bits 0 are valid.
+    let (mut held, mut before): (libc::sigset_t, libc::sigaction) = unsafe { (zeroed(), zeroed()) };
+    // SAFETY: the places for the set and the action are this function's.
+    unsafe {
+        libc::pthread_sigmask(libc::SIG_BLOCK, ptr::null(), &raw mut held);
+        libc::sigaction(libc::SIGTSTP, ptr::null(), &raw mut before);
+    }
+    end_by(libc::SIGTSTP);
+    // SAFETY: the set is one that this thread had.
+    unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, &raw const held, ptr::null_mut()) };
+    // Unless the program has set another one already.
+    if handler_of(libc::SIGTSTP).is_ok_and(|present| present == libc::SIG_DFL) {
+        // SAFETY: the action is one that the program had.
+        unsafe { libc::sigaction(libc::SIGTSTP, &raw const before, ptr::null_mut()) };
+    }
     SUSPEND.store(false, Ordering::Release);
     goes_on();
 }
 
-/// Does what the signal does without this library, which ends the process. Async-signal-safe.
+/// The shell may have continued only this program, and `tx_run`, which stops what it leaves, is still suspended.
+fn continue_tx_run() {
+    // SAFETY: calls without pointers. The signal does nothing to a process that runs.
+    unsafe {
+        let parent = libc::getppid();
+        if is_of_tx_run() && libc::getpgid(parent) == libc::getpgrp() {
+            libc::kill(parent, libc::SIGCONT);
+        }
+    }
+}
+
+/// Does what the signal does without this library, which ends or suspends the process. Async-signal-safe.
 fn end_by(signal: c_int) {
     // It can't fail: the signal had this action.
     let _ = set(signal, libc::SIG_DFL);

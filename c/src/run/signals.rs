@@ -213,10 +213,19 @@ mod unix {
         asked == 0 && found.si_signo == libc::SIGCHLD
     }
 
-    /// Suspends this process until the shell continues it with its program.
+    /// Suspends this process until the shell continues it with its program. Where no shell could do so, as behind
+    /// `ssh -t`, the signal does nothing: SIGSTOP would suspend for ever.
     pub(crate) fn pause() {
-        // SAFETY: a call without pointers.
-        unsafe { libc::kill(libc::getpid(), libc::SIGSTOP) };
+        // SAFETY: integers, pointers and sets, for which all bits 0 are valid.
+        let [mut usual, mut own]: [libc::sigaction; 2] = unsafe { std::mem::zeroed() };
+        usual.sa_sigaction = libc::SIG_DFL;
+        // SAFETY: the actions are this function's.
+        unsafe {
+            if libc::sigaction(SIGTSTP, &raw const usual, &raw mut own) == 0 {
+                libc::raise(SIGTSTP);
+                libc::sigaction(SIGTSTP, &raw const own, std::ptr::null_mut());
+            }
+        }
         PAUSE.store(false, Ordering::SeqCst);
     }
 

@@ -142,6 +142,43 @@ fn run_in_group(txt: &SimulatedTxt, name: &str, flags: &str) -> Run {
     Run::start(command.arg(program(name)).env("CFLAGS", flags).process_group(0))
 }
 
+/// The number of the program that `tx_run` has started.
+#[cfg(target_os = "linux")]
+fn program_of(run: &Run) -> String {
+    let children = format!("/proc/{0}/task/{0}/children", run.id());
+    fs::read_to_string(children).unwrap().trim().to_owned()
+}
+
+#[cfg(target_os = "linux")]
+fn send(signal: &str, process: &str) {
+    assert!(Command::new("kill").args(["-s", signal, process]).status().unwrap().success());
+}
+
+#[cfg(target_os = "linux")]
+fn is_suspended(process: &str) -> bool {
+    fs::read_to_string(format!("/proc/{process}/stat")).unwrap().contains(") T ")
+}
+
+/// Otherwise it would be killed with its motor on.
+#[cfg(target_os = "linux")]
+#[test]
+fn tx_run_goes_on_with_a_program_that_is_continued_alone_and_drives_again() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_in_group(&txt, "pc.c", "-DAGAIN");
+    wait_for(&txt, "the motor turns", turns);
+    run.signal_group(libc::SIGTSTP);
+    wait_until("it is suspended", || is_suspended(&run.id().to_string()));
+    let program = program_of(&run);
+    send("CONT", &program);
+    wait_for(&txt, "the motor turns again", turns);
+    send("KILL", &program);
+    wait_stopped(&txt);
+    run.end().badly("tx_run has sent it: all outputs are off");
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn tx_run_is_suspended_with_its_program_and_stays_with_one_that_goes_on() {
@@ -153,8 +190,7 @@ fn tx_run_is_suspended_with_its_program_and_stays_with_one_that_goes_on() {
     wait_for(&first, "the motor turns", turns);
     run.signal_group(libc::SIGTSTP);
     wait_stopped(&first);
-    let stat = format!("/proc/{}/stat", run.id());
-    wait_until("it is suspended", || fs::read_to_string(&stat).unwrap().contains(") T "));
+    wait_until("it is suspended", || is_suspended(&run.id().to_string()));
     run.signal_group(libc::SIGCONT);
     run.end_by(libc::SIGTERM).badly("pc was ended by SIGTERM");
 
@@ -499,13 +535,11 @@ fn a_program_that_is_suspended_is_ended_by_the_first_signal() {
         return;
     }
     let txt = txt().start().unwrap();
-    let run = run_on(&txt, "pc.c", "");
-    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
-    let children = format!("/proc/{0}/task/{0}/children", run.id());
-    let program = fs::read_to_string(children).unwrap().trim().to_owned();
-    assert!(Command::new("kill").args(["-TSTP", &program]).status().unwrap().success());
-    let stat = format!("/proc/{program}/stat");
-    wait_until("it is suspended", || fs::read_to_string(&stat).unwrap().contains(") T "));
+    let run = run_in_group(&txt, "pc.c", "");
+    wait_for(&txt, "the motor turns", turns);
+    let program = program_of(&run);
+    send("TSTP", &program);
+    wait_until("it is suspended", || is_suspended(&program));
     run.signal(libc::SIGTERM);
     run.end().badly("pc was ended by SIGTERM");
     wait_stopped(&txt);

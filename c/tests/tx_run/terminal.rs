@@ -49,3 +49,21 @@ fn a_closed_terminal_ends_the_program_that_it_was_opened_for() {
         });
     }
 }
+
+/// As behind `ssh -t`, or in a window that was opened for one command: no shell waits that could continue it.
+#[test]
+fn ctrl_c_ends_what_ctrl_z_can_not_suspend() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let mut command = tx_run(&["--host", &txt.address().to_string()]);
+    let mut run = AtTerminal::start(command.arg(program("pc.c")));
+    wait_for(&txt, "M1 turns", |machine| machine.controllers[0].outputs.duty[0] != 0);
+    run.press("\x1a");
+    wait_for(&txt, "M1 stands", |machine| {
+        !machine.online() && machine.controllers[0].outputs.duty == [0; 8]
+    });
+    run.press("\x03");
+    assert_eq!(run.end("").code(), Some(1));
+}

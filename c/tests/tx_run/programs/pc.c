@@ -6,7 +6,8 @@
    thread waits there, and main has ended. With CHAIN it is a new one every 20 ms. With CONTROL it has a function for
    Ctrl-C that handles the first one. With KILLED it kills itself. With COMMAND it runs that for a long time. With HELPER
    a process that it has made before ignores SIGTERM, with LEAVE it kills itself when I1 is pressed. With
-   STUBBORN it ignores Ctrl-Z. With CLOSES it closes all its files after a first transfer. */
+   STUBBORN it ignores Ctrl-Z. With CLOSES it closes all its files after a first transfer. With AGAIN it begins a
+   transfer that has ended again. */
 #ifdef THREAD
 #include <pthread.h>
 #endif
@@ -138,6 +139,10 @@ int main(int argc, char *argv[])
 #endif
     while (value == 0) {
         GetInIOValue(device, 0, 0, &value, &overrun);
+#ifdef AGAIN
+        if (ftxStartTransferArea(device) == FTLIB_ERR_SUCCESS)
+            SetOutMotorValues(device, 0, 0, 300, 0);
+#endif
         Sleep(2);
     }
 #ifdef LEAVE
