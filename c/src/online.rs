@@ -42,6 +42,7 @@ static MARKED: Mutex<Option<Mark>> = Mutex::new(None);
 static LEFT: Mutex<Vec<Note>> = Mutex::new(Vec::new());
 
 /// How many notes wait for a disk that stands still.
+#[cfg(unix)]
 const REMOVALS: usize = 64;
 
 /// A note that is to be removed, and who waits for that.

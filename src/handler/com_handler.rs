@@ -245,7 +245,7 @@ impl TransferAreaComHandler {
     }
 
     /// The address of the controller that was last connected, with its main port: where it still is when the name by which
-    /// it was found is not known any more, or names another one.
+    /// it was found is not known any more, or names another one. `None` before the first connection.
     pub fn address(&self) -> Option<SocketAddr> {
         self.controller()?.address
     }
