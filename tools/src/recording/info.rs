@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use anyhow::bail;
+use anyhow::ensure;
 use serde::Serialize;
 
 use super::in_parts;
@@ -44,19 +44,23 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
 
 /// Shows what can be read of a recording in parts.
 fn show_all(files: &[PathBuf], json: bool) -> anyhow::Result<()> {
-    let parts: Vec<_> = files.iter().map(|file| Part::of(file)).collect();
+    let (mut unread, mut parts) = (0, Vec::new());
+    for part in files.iter().map(|file| Part::of(file)) {
+        unread += usize::from(part.error.is_some());
+        if json {
+            parts.push(part);
+            continue;
+        }
+        // A long recording takes its time: each part is shown as soon as it is read.
+        let Part { file, survey, error } = part;
+        let what = survey.as_ref().map(text).or(error).unwrap_or_default();
+        print::line(format_args!("{:12} {file}\n{}\n", "file", what.trim_end()))?;
+    }
     if json {
         print::line(print::json(&parts)?)?;
-    } else {
-        for Part { file, survey, error } in &parts {
-            let what = survey.as_ref().map(text).or(error.clone()).unwrap_or_default();
-            print::line(format_args!("{:12} {file}\n{}\n", "file", what.trim_end()))?;
-        }
     }
-    match parts.iter().filter(|part| part.error.is_some()).count() {
-        0 => Ok(()),
-        unread => bail!("{unread} of {} parts can't be read", parts.len()),
-    }
+    ensure!(unread == 0, "{unread} of {} parts can't be read", files.len());
+    Ok(())
 }
 
 fn show(survey: &Survey, json: bool) -> anyhow::Result<()> {
