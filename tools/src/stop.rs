@@ -58,12 +58,13 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         // that, too.
         let _ = lines::never_wait();
     }
-    // None waits for another one that does not answer.
-    let limit = if args.guard { TRIES } else { Duration::ZERO };
     let guard = args.guard;
+    // None waits for another one that does not answer.
     let start = |(host, known): (String, _)| {
-        let stop = move || if guard { stop_left(&host, known) } else { stop(&host, &host, limit) };
-        thread::Builder::new().spawn(stop)
+        thread::Builder::new().spawn(move || match guard {
+            true => stop_left(&host, known),
+            false => stop(&host, &host, Duration::ZERO),
+        })
     };
     let stops: Vec<_> = args.hosts.into_iter().zip(known).map(start).collect();
     let stopped = stops.into_iter().map(|stop| match stop {

@@ -44,15 +44,10 @@ fn is_written() -> io::Error {
 
 /// Makes a file, as [`open_alone`]. Nobody finds it before it is locked, unless the file system has no links.
 pub(crate) fn create_alone(path: &Path) -> io::Result<File> {
-    let mut options = OpenOptions::new();
-    options.write(true).create_new(true);
     if cfg!(unix) {
         static NUMBER: AtomicU64 = AtomicU64::new(0);
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
-        let beside = beside(&path.with_extension(number.to_string()));
-        // A process with the same number was perhaps killed.
-        let _ = fs::remove_file(&beside);
-        let made = open_alone(&options, &beside)?;
+        let (beside, made) = make_beside(&path.with_extension(number.to_string()))?;
         let linked = fs::hard_link(&beside, path);
         let _ = fs::remove_file(&beside);
         match linked {
@@ -61,7 +56,16 @@ pub(crate) fn create_alone(path: &Path) -> io::Result<File> {
             Err(_) => {}
         }
     }
-    open_alone(&options, path)
+    open_alone(OpenOptions::new().write(true).create_new(true), path)
+}
+
+/// Makes a file with the name beside this one.
+fn make_beside(path: &Path) -> io::Result<(PathBuf, File)> {
+    let beside = beside(path);
+    // A process with the same number was perhaps killed.
+    let _ = fs::remove_file(&beside);
+    let made = open_alone(OpenOptions::new().write(true).create_new(true), &beside)?;
+    Ok((beside, made))
 }
 
 /// Keeps a file from others until another one has its place. The error says that somebody writes into it; `None` is
@@ -106,10 +110,7 @@ pub(crate) fn create(path: &Path) -> io::Result<File> {
 
 /// A new file in place of this one, with its owner and mode.
 fn replace(path: &Path, old: &File) -> io::Result<File> {
-    let beside = beside(path);
-    // A process with the same number was perhaps killed.
-    let _ = fs::remove_file(&beside);
-    let new = open_alone(OpenOptions::new().write(true).create_new(true), &beside)?;
+    let (beside, new) = make_beside(path)?;
     let replaced = make_like(&new, old).and_then(|()| fs::rename(&beside, path));
     if let Err(error) = replaced {
         let _ = fs::remove_file(&beside);
