@@ -108,8 +108,15 @@ pub(crate) fn end(child: &mut Child) {
     let _ = child.wait();
 }
 
-/// Sends a signal, such as INT; `false` when it has ended.
+/// Sends a signal, such as INT; `false` when it has ended. After STOP it runs no more: a busy computer takes its time.
 pub(crate) fn is_sent(child: &Child, signal: &str) -> bool {
-    let (signal, id) = (format!("-{signal}"), child.id().to_string());
-    Command::new("kill").args([signal, id]).status().is_ok_and(|status| status.success())
+    let (option, id) = (format!("-{signal}"), child.id().to_string());
+    let sent = Command::new("kill").args([&option, &id]).status();
+    if signal == "STOP" {
+        wait_for("the program is suspended", || {
+            let state = Command::new("ps").args(["-o", "stat=", "-p", &id]).output().unwrap();
+            state.stdout.starts_with(b"T")
+        });
+    }
+    sent.is_ok_and(|status| status.success())
 }
