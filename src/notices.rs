@@ -74,7 +74,7 @@ fn push(line: Line) {
         return;
     }
     drop(queue);
-    let thread = std::thread::Builder::new().name("transfer-log".to_owned()).spawn(write_all);
+    let thread = std::thread::Builder::new().name("ft/log".to_owned()).spawn(write_all);
     if thread.is_err() {
         // Perhaps there is one for the next line.
         QUEUE.lock().is_written = false;

@@ -218,7 +218,7 @@ impl I2cThread {
             _alive: alive,
         };
         process::begin();
-        let thread = thread::Builder::new().name("I2C of C".into());
+        let thread = thread::Builder::new().name("ft/i2c".into());
         let thread = thread.spawn(move || worker.run(&waiting)).map_err(|error| {
             log::error!("no thread for I2C could be started: {error}");
             FTLIB_ERR_FAILED

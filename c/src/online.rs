@@ -24,9 +24,6 @@ const MARK: &str = "mark";
 /// The empty file in it that stays when the first transfer has begun.
 const BEGUN: &str = "begun";
 
-/// The thread that removes notes.
-#[cfg(unix)]
-pub(crate) const THREAD: &str = "notes of C";
 /// How long a program waits until a note is gone: a disk may stand still, and the program has other motors to stop.
 const REMOVAL_LIMIT: Duration = Duration::from_millis(300);
 
@@ -179,7 +176,7 @@ fn start_remover(process: u32) {
         }
     };
     // Without a thread, whoever ends a transfer does it. What was there before belongs to a parent.
-    let started = std::thread::Builder::new().name(THREAD.into()).spawn(remove);
+    let started = std::thread::Builder::new().name("ft/notes".into()).spawn(remove);
     *remover = started.ok().map(|_| (process, &*Box::leak(Box::new(sender))));
 }
 

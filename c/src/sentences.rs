@@ -22,9 +22,6 @@ const WAIT: Duration = Duration::from_millis(100);
 /// How long the end of a program waits for what is left, when nothing moves.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
-/// The name of the thread.
-pub(crate) const THREAD: &str = "sentences of C";
-
 /// The newest one. A child after `fork` has it, but not its thread.
 static WRITER: AtomicPtr<Writer> = AtomicPtr::new(null_mut());
 
@@ -60,7 +57,7 @@ pub(crate) fn begin() {
     let new = Box::leak(Box::new(Writer { process: process::id(), queue, has_text, is_written }));
     let new: &Writer = new;
     // Without a thread each text is written by who has it. One of two that begin at once has nothing to do.
-    if thread::Builder::new().name(THREAD.into()).spawn(|| new.run()).is_ok() {
+    if thread::Builder::new().name("ft/sentences".into()).spawn(|| new.run()).is_ok() {
         WRITER.store(std::ptr::from_ref(new).cast_mut(), Ordering::Release);
     }
 }

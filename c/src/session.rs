@@ -237,7 +237,7 @@ impl<A: Area> ProgramSession<A> {
 
     fn spawn(&self) -> Result<JoinHandle<()>, Error> {
         let shared = Arc::clone(&self.shared);
-        let thread = thread::Builder::new().name("transfer area of C".into());
+        let thread = thread::Builder::new().name("ft/session".into());
         let programs = Programs::of_this_thread();
         let run = move || {
             #[cfg(unix)]

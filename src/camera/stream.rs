@@ -56,7 +56,7 @@ impl CameraStream {
         let oldest = receiver.clone();
         let reader = Reader { options, gap_limit, control: Arc::clone(&control), oldest, sender };
         let thread = std::thread::Builder::new()
-            .name("camera".to_owned())
+            .name("ft/camera".to_owned())
             .spawn(move || reader.run())
             .map_err(Error::not_started)?;
         Ok((Self { control, thread: Some(thread) }, receiver))

@@ -230,7 +230,7 @@ fn ask_side_by_side(
         let mut threads = Vec::with_capacity(addresses.len());
         for address in addresses {
             let thread = thread::Builder::new()
-                .name("find-controller".to_owned())
+                .name("ft/find".to_owned())
                 .spawn_scoped(scope, move || ask(network, address, limit));
             threads.push(thread.map_err(Error::not_started)?);
         }

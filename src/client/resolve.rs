@@ -87,7 +87,7 @@ where
         let lookup = Arc::new(Lookup::default());
         let (ask, name, answered) = (self.ask.clone(), host.to_owned(), Arc::clone(&lookup));
         std::thread::Builder::new()
-            .name("host-lookup".to_owned())
+            .name("ft/lookup".to_owned())
             .spawn(move || {
                 let answer = ask(&name);
                 *answered.answer.lock() = Some(answer);

@@ -173,7 +173,7 @@ impl TransferAreaComHandler {
             }
             let of_thread = Arc::clone(shared);
             let work = move || TransferThread::new(link, areas, &of_thread, settings).run();
-            spawn("transfer-area", work).map_err(|error| {
+            spawn("ft/transfer", work).map_err(|error| {
                 // It was running, so the program may have written outputs.
                 shared.leave(&mut []);
                 Error::not_started(error)

@@ -74,9 +74,6 @@ const LOOK: Duration = Duration::from_millis(20);
 /// How long a program that is asked to end goes on at most.
 const END_LIMIT: Duration = Duration::from_secs(1);
 
-/// The thread that looks, and the one that ends the transfers.
-const THREAD: &str = "ends of C";
-
 /// The process that has the threads; 0 for none. A child after `fork` has this value, but not the threads.
 static WATCHED_BY: AtomicU32 = AtomicU32::new(0);
 /// The first signal that has asked the program to end; 0 for none.
@@ -148,7 +145,7 @@ pub(super) fn watch() {
         crate::allocator::survive_forks();
         CAME.store(0, Ordering::Release);
         // There may be no memory for a thread when one is needed.
-        let start = || thread::Builder::new().name(THREAD.into());
+        let start = || thread::Builder::new().name("ft/ends".into());
         let started = start().spawn(end_when_asked).and_then(|ender| {
             let ender = ender.thread().clone();
             start().spawn(move || look(&ender))
@@ -416,20 +413,6 @@ fn end_within_limit(ender: &Thread) {
 fn program_has_left() -> bool {
     use std::fs;
 
-    /// The names of threads that go on by themselves, cut by Linux to 15 bytes.
-    const OWN: [&str; 10] = [
-        "camera",
-        THREAD,
-        crate::online::THREAD,
-        crate::sentences::THREAD,
-        "transfer area o",
-        "transfer-area",
-        "transfer-log",
-        "I2C of C",
-        "callbacks of C",
-        "control of C",
-    ];
-
     let main = process::id().to_string();
     let state = fs::read_to_string(format!("/proc/self/task/{main}/stat"));
     // The name before it may have any characters.
@@ -440,9 +423,9 @@ fn program_has_left() -> bool {
     }
     let Ok(threads) = fs::read_dir("/proc/self/task") else { return false };
     threads.flatten().filter(|thread| *thread.file_name() != *main).all(|thread| {
-        // One that has ended meanwhile is not left.
-        fs::read_to_string(thread.path().join("comm"))
-            .map_or(true, |name| OWN.contains(&name.trim_end()))
+        // All threads of ours have such a name. Others begin with the name of the program, in which there is no slash. One
+        // that has ended meanwhile is not left.
+        fs::read_to_string(thread.path().join("comm")).map_or(true, |name| name.starts_with("ft/"))
     })
 }
 

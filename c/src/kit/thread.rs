@@ -46,7 +46,7 @@ impl Threaded {
         }
         let should_end = Arc::new(AtomicBool::new(false));
         let (kit, ends) = (Arc::clone(&self.kit), Arc::clone(&should_end));
-        let thread = thread::Builder::new().name("transfer area of C".into());
+        let thread = thread::Builder::new().name("ft/session".into());
         let run = move || {
             #[cfg(unix)]
             let _stack = crate::exit::Stack::give();

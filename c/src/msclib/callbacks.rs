@@ -110,7 +110,7 @@ impl Callbacks {
             thread: Mutex::default(),
         });
         let own = Arc::clone(&callbacks);
-        let thread = thread::Builder::new().name("callbacks of C".into());
+        let thread = thread::Builder::new().name("ft/callbacks".into());
         let programs = Programs::of_this_thread();
         let run = move || {
             #[cfg(unix)]

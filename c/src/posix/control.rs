@@ -78,7 +78,7 @@ fn is_begun() -> bool {
             libc::fcntl(ends[1], libc::F_SETFD, libc::FD_CLOEXEC);
             libc::fcntl(ends[1], libc::F_SETFL, libc::O_NONBLOCK);
         }
-        let thread = thread::Builder::new().name("control of C".into());
+        let thread = thread::Builder::new().name("ft/control".into());
         if thread.spawn(move || handle(ends[0])).is_ok() {
             TO_THREAD.store(ends[1], Ordering::Release);
             OWNER.store(process::id(), Ordering::Release);

@@ -153,15 +153,24 @@ fn without_main_the_transfer_ends_with_the_programs_last_thread() {
     running.end().well();
     wait_stopped(&txt);
 
-    let txt = simulated().start().unwrap();
-    let Some(mut running) = started(&txt, "leave a thread") else { return };
-    let before = txt.with_machine(|machine| machine.exchanges());
-    wait_until(&txt, "exchanges", |machine| machine.exchanges() > before + 150);
-    assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 300);
-    set_input(&txt, 0, 1);
-    running.expect("worked");
-    running.end().well();
-    wait_stopped(&txt);
+    // The threads of a program begin with its name.
+    let Some(program) = program() else { return };
+    let folder = tempfile::tempdir_in(program.parent().unwrap()).unwrap();
+    for name in ["kelib", "camera", "transfer-area"] {
+        let named = folder.path().join(name);
+        std::fs::hard_link(program, &named).unwrap();
+        let txt = simulated().start().unwrap();
+        let mut running = Running::with(&named, &txt, &["leave a thread"]);
+        running.expect("started");
+        let before = txt.with_machine(|machine| machine.exchanges());
+        wait_until(&txt, "exchanges", |machine| machine.exchanges() > before + 150);
+        let duty = txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]);
+        assert_eq!(duty, 300, "{name}");
+        set_input(&txt, 0, 1);
+        running.expect("worked");
+        running.end().well();
+        wait_stopped(&txt);
+    }
 }
 
 #[test]

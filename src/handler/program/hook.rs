@@ -99,7 +99,7 @@ impl TransferAreaComHandler {
         // Without a thread it is dropped here, and the ticket with it.
         let thread = HookThread { area, ticket };
         let hook = Box::new(hook);
-        spawn("cycle-hook", move || thread.run(hook)).map(drop).map_err(Error::not_started)
+        spawn("ft/hook", move || thread.run(hook)).map(drop).map_err(Error::not_started)
     }
 
     /// Stops calling the function of [`set_cycle_hook`](Self::set_cycle_hook), and drops it.

@@ -110,7 +110,7 @@ fn names_of_threads() -> Vec<String> {
     let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let names = tasks.filter_map(|task| std::fs::read_to_string(task.path().join("comm")).ok());
     // The thread that writes to a logger that blocks is still busy.
-    let names = names.filter(|name| name.trim() != "transfer-log");
+    let names = names.filter(|name| name.trim() != "ft/log");
     let mut names: Vec<String> = names.map(|name| name.trim().to_owned()).collect();
     names.sort();
     names

@@ -44,7 +44,7 @@ use row::{Promise, Row, Skipped, Turn, DEADLINE};
 const AT_A_TIME: usize = if cfg!(windows) { 8 } else { 32 };
 
 /// The threads of handlers, and the one for the logger.
-const OURS: [&str; 4] = ["transfer-area", "camera", "cycle-hook", "transfer-log"];
+const OURS: [&str; 4] = ["ft/transfer", "ft/camera", "ft/hook", "ft/log"];
 
 pub(crate) fn main() -> ExitCode {
     if let Some(role) = child::role() {
