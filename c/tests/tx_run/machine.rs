@@ -144,6 +144,7 @@ fn a_program_for_ftmsclibex_is_called_when_an_input_changes() {
     run.end().well();
 }
 
+#[cfg_attr(windows, ignore = "windows.h of Windows declares these functions")]
 #[test]
 fn a_programs_functions_may_have_names_of_the_c_librarys() {
     if !has_compiler() {

@@ -342,7 +342,8 @@ fn a_source_that_is_copied_includes_what_the_compiler_finds_first() {
         ("a/speed.h", "#define SPEED \"a\"\n"),
         ("b/speed.h", "#define SPEED \"b\"\n"),
     ];
-    let c_plus_plus = [("CXX", "c++ -Ia"), ("CXXFLAGS", "-Ib")];
+    let compiler = if cfg!(windows) { "zig c++ -Ia" } else { "c++ -Ia" };
+    let c_plus_plus = [("CXX", compiler), ("CXXFLAGS", "-Ib")];
     for (variables, says) in [
         (&[("CXXFLAGS", "-isystem a -I b")][..], "b\n"),
         (&[("CXXFLAGS", "-I a -iquote b")], "b\n"),
