@@ -163,13 +163,15 @@ mod unix {
         CHILDREN.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
-    /// From now on signals do not end this process. One that it was started to ignore, as by `nohup`, the program
-    /// ignores, too. One that who has started it holds back is let through, also to the program.
+    /// From now on signals do not end this process. A closed terminal that it was started to ignore, as by `nohup`, the
+    /// program ignores, too. Other signals that who has started it ignores or holds back are let through, also to the
+    /// program: in a script, what ends with `&` ignores Ctrl-C, and its motors would go on.
     pub(crate) fn take_up() -> io::Result<()> {
         // Where who started this process ignores the ends of children, nobody could wait for them.
         // SAFETY: no handler is set.
         unsafe { libc::signal(libc::SIGCHLD, libc::SIG_DFL) };
-        let ends: Vec<_> = ENDS.into_iter().filter(|signal| !is_ignored(*signal)).collect();
+        let stays = |signal: i32| signal == SIGHUP && is_ignored(signal);
+        let ends: Vec<_> = ENDS.into_iter().filter(|signal| !stays(*signal)).collect();
         for signal in &ends {
             flag::register_usize(*signal, Arc::clone(&LAST), *signal as usize)?;
         }

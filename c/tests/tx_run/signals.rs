@@ -546,15 +546,15 @@ fn a_program_that_is_suspended_is_ended_by_the_first_signal() {
 }
 
 #[test]
-fn a_signal_that_is_ignored_from_the_start_ends_nothing() {
+fn of_the_signals_that_are_ignored_from_the_start_only_a_hangup_stays_so() {
     if !has_compiler() {
         return;
     }
     let txt = txt().start().unwrap();
     let tx_run = tx_run(&["--host", &txt.address().to_string()]);
     let mut command = Command::new("sh");
-    // As `nohup` does.
-    command.args(["-c", "trap '' HUP; exec \"$0\" \"$@\""]).arg(tx_run.get_program());
+    // As `nohup` does, and a script with a command that ends with `&`.
+    command.args(["-c", "trap '' HUP INT QUIT TERM; exec \"$0\" \"$@\""]).arg(tx_run.get_program());
     command.args(tx_run.get_args()).arg(program("pc.c"));
     command.envs(tx_run.get_envs().filter_map(|(name, value)| Some((name, value?))));
     let run = Run::start(&mut command);
@@ -562,8 +562,9 @@ fn a_signal_that_is_ignored_from_the_start_ends_nothing() {
     run.signal(libc::SIGHUP);
     let before = txt.with_machine(|machine| machine.exchanges());
     wait_for(&txt, "more exchanges", |machine| machine.exchanges() > before + 5);
-    run.signal(libc::SIGTERM);
-    run.end().badly("pc was ended by SIGTERM");
+    run.signal(libc::SIGINT);
+    run.end().badly("pc was ended by SIGINT");
+    wait_stopped(&txt);
 }
 
 /// Such a process has the connection, or makes one.
