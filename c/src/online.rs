@@ -24,8 +24,8 @@ const MARK: &str = "mark";
 /// The empty file in it that stays when the first transfer has begun.
 const BEGUN: &str = "begun";
 
-/// How long a program waits until a note is gone: a disk may stand still, and the program has other motors to stop.
-const REMOVAL_LIMIT: Duration = Duration::from_millis(300);
+/// How long a program waits until a note is changed: a disk may stand still, and the program has other motors to stop.
+const CHANGE_LIMIT: Duration = Duration::from_millis(300);
 
 /// Whether `tx_run` has started the program. Then `FT_TXT_HOST` is the controller that it has said.
 pub(crate) fn is_of_tx_run() -> bool {
@@ -38,15 +38,18 @@ static MARKED: Mutex<Option<Mark>> = Mutex::new(None);
 /// Transfers that are gone without a last exchange.
 static LEFT: Mutex<Vec<Note>> = Mutex::new(Vec::new());
 
-/// How many notes wait for a disk that stands still.
+/// In the name of a note the byte of a transfer that has ended without a last exchange, while its process goes on.
+const LOST: u32 = u32::MAX;
+
+/// How many changes of notes wait for a disk that stands still.
 #[cfg(unix)]
-const REMOVALS: usize = 64;
+const CHANGES: usize = 64;
 
-/// A note that is to be removed, and who waits for that.
-type Removal = (PathBuf, SyncSender<()>);
+/// A note that is to be removed, or gets this other name, and who waits for that.
+type Change = (PathBuf, Option<PathBuf>, SyncSender<()>);
 
-/// What removes notes, and the process that has its thread.
-static REMOVER: Mutex<Option<(u32, &'static SyncSender<Removal>)>> = Mutex::new(None);
+/// What changes notes, and the process that has its thread.
+static CHANGER: Mutex<Option<(u32, &'static SyncSender<Change>)>> = Mutex::new(None);
 
 /// A transfer whose motors may be on.
 pub(crate) struct Online {
@@ -98,9 +101,8 @@ impl Online {
 
 impl Drop for Online {
     fn drop(&mut self) {
-        if !self.is_over.load(Ordering::Acquire) {
-            LEFT.lock().extend(self.note.take());
-        }
+        let left = self.note.take().filter(|_| !self.is_over.load(Ordering::Acquire));
+        LEFT.lock().extend(left.map(Note::lost));
     }
 }
 
@@ -109,7 +111,7 @@ impl Note {
         let begun = folder.join(BEGUN);
         let process = process::id();
         #[cfg(unix)]
-        start_remover(process);
+        start_changer(process);
         let noted = mark(process, &folder.join(MARK)).and_then(|mark| {
             File::create(&begun)?;
             Self::write(folder, host, process, mark)
@@ -129,17 +131,35 @@ impl Note {
         Ok(Self { path, host: host.to_owned(), process })
     }
 
+    /// The program may go on for long: `tx_run` need not wait for its end.
+    fn lost(mut self) -> Self {
+        // A child after `fork` has only a copy, and the transfer goes on.
+        if self.process == process::id() {
+            let name = self.path.file_name().and_then(|name| name.to_str()?.split_once('.'));
+            if let Some((_, rest)) = name {
+                let lost = self.path.with_file_name(format!("{LOST}.{rest}"));
+                self.change(Some(lost.clone()));
+                self.path = lost;
+            }
+        }
+        self
+    }
+
     fn remove(&self) {
-        let remover = REMOVER.lock().filter(|(process, _)| *process == process::id());
-        let Some((_, sender)) = remover else {
-            // `tx_run` may have done it.
-            let _ = fs::remove_file(&self.path);
+        self.change(None);
+    }
+
+    /// Gives it another name, or removes it.
+    fn change(&self, to: Option<PathBuf>) {
+        let changer = CHANGER.lock().filter(|(process, _)| *process == process::id());
+        let Some((_, sender)) = changer else {
+            change(&self.path, to.as_deref());
             return;
         };
         let (done, is_done) = mpsc::sync_channel(1);
         // Without room for it, `tx_run` removes it at the end.
-        if sender.try_send((self.path.clone(), done)).is_ok() {
-            let _ = is_done.recv_timeout(REMOVAL_LIMIT);
+        if sender.try_send((self.path.clone(), to, done)).is_ok() {
+            let _ = is_done.recv_timeout(CHANGE_LIMIT);
         }
     }
 
@@ -156,28 +176,36 @@ impl Note {
     }
 }
 
-/// Starts the thread that removes notes, unless this process has it: a handler that ends a transfer can't start one.
+/// `tx_run` may have removed it already.
+fn change(path: &Path, to: Option<&Path>) {
+    let _ = match to {
+        Some(to) => fs::rename(path, to),
+        None => fs::remove_file(path),
+    };
+}
+
+/// Starts the thread that changes notes, unless this process has it: a handler that ends a transfer can't start one.
 #[cfg(unix)]
-fn start_remover(process: u32) {
-    let mut remover = REMOVER.lock();
-    if remover.is_some_and(|(of, _)| of == process) {
+fn start_changer(process: u32) {
+    let mut changer = CHANGER.lock();
+    if changer.is_some_and(|(of, _)| of == process) {
         return;
     }
     #[cfg(not(any(miri, asan)))]
     crate::allocator::survive_forks();
     // The thread holds signals back, too.
     let _inside = crate::inside::enter();
-    let (sender, removals) = mpsc::sync_channel::<Removal>(REMOVALS);
-    let remove = move || {
-        for (path, done) in removals {
-            let _ = fs::remove_file(path);
+    let (sender, changes) = mpsc::sync_channel::<Change>(CHANGES);
+    let change_all = move || {
+        for (path, to, done) in changes {
+            change(&path, to.as_deref());
             // Perhaps nobody waits any more.
             let _ = done.send(());
         }
     };
     // Without a thread, whoever ends a transfer does it. What was there before belongs to a parent.
-    let started = std::thread::Builder::new().name("ft/notes".into()).spawn(remove);
-    *remover = started.ok().map(|_| (process, &*Box::leak(Box::new(sender))));
+    let started = std::thread::Builder::new().name("ft/notes".into()).spawn(change_all);
+    *changer = started.ok().map(|_| (process, &*Box::leak(Box::new(sender))));
 }
 
 /// The name of a note, which has the host within it: it is there as a whole or not at all, needs no room on a disk that

@@ -338,10 +338,8 @@ impl<A: Area> SessionParts<A> {
     fn end_transfer(&self) -> Result<(), Error> {
         let online = self.online.lock().take();
         let ended = self.handler.end_transfer();
-        match (&ended, online) {
-            (Ok(()), Some(online)) => online.end(),
-            (Err(_), online @ Some(_)) => *self.online.lock() = online,
-            (_, None) => {}
+        if let (Ok(()), Some(online)) = (&ended, online) {
+            online.end();
         }
         ended
     }

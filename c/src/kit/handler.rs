@@ -66,7 +66,8 @@ struct Link {
     /// The areas as they go over the wire.
     areas: Vec<FishX1Transfer>,
     begun: Instant,
-    online: Online,
+    /// `None` when the connection was lost.
+    online: Option<Online>,
 }
 
 impl Kit {
@@ -123,7 +124,7 @@ impl Kit {
         let mut client = self.connect()?;
         let firmware = client.query_status()?.version;
         client.start_online()?;
-        let online = Online::begin(client.address(), &self.host);
+        let online = Some(Online::begin(client.address(), &self.host));
         let mut link = Link {
             client,
             simple: Exchange::new(TransferMode::Simple, firmware),
@@ -171,7 +172,10 @@ impl Kit {
             TransferMode::Simple => &mut link.simple,
             _ => &mut link.compressed,
         };
-        link.client.do_transfer(exchange, &mut link.areas)?;
+        if let Err(error) = link.client.do_transfer(exchange, &mut link.areas) {
+            link.online = None;
+            return Err(error.into());
+        }
         self.areas.copy_newest_to(array);
         let mut timer = Timer::default();
         timer.set_elapsed(link.begun.elapsed());
@@ -240,7 +244,9 @@ impl Link {
         self.areas.iter_mut().for_each(|area| *area.output.duty = [0; 8]);
         self.compressed.end_sounds();
         self.client.do_transfer(&mut self.compressed, &mut self.areas)?;
-        self.online.end();
+        if let Some(online) = self.online.take() {
+            online.end();
+        }
         if let Some(camera) = camera {
             drop(camera);
             self.client.stop_camera_online()?;

@@ -19,6 +19,10 @@ pub(crate) const VARIABLE: &str = "FT_TXT_TRANSFERS";
 const MARK: &str = "mark";
 /// The file in it that the library makes when the first transfer begins.
 const BEGUN: &str = "begun";
+/// In the name of a note the byte of a transfer that has ended without a last exchange, while its process goes on.
+const LOST: u32 = u32::MAX;
+/// How long the program has to begin the next one with the same controller itself.
+const OWN_TRY: Duration = Duration::from_millis(500);
 /// After how long one that could not be stopped is tried again, while the program runs.
 const AGAIN: Duration = Duration::from_secs(1);
 
@@ -30,6 +34,8 @@ pub(crate) struct Online {
     /// The hosts that could not be stopped, and when they were tried.
     failed: BTreeSet<String>,
     tried: Instant,
+    /// Since when transfers are left that the program may begin again.
+    lost: Option<Instant>,
     /// The hosts that the program may use, as far as this process has named them.
     named: BTreeSet<String>,
     /// The hosts and bytes of all notes that were seen since the last stop.
@@ -67,7 +73,7 @@ impl Online {
         let mark = File::create_new(folder.join(MARK))?;
         let (failed, tried) = (BTreeSet::new(), Instant::now());
         let (seen, done_with) = (BTreeSet::new(), BTreeSet::new());
-        Ok(Self { folder, mark, failed, tried, named, seen, done_with })
+        Ok(Self { folder, mark, failed, tried, lost: None, named, seen, done_with })
     }
 
     /// Whether somebody has removed what is written down, with the folder or without it.
@@ -143,6 +149,11 @@ impl Online {
         let hosts = hosts.into_iter().filter(|host| Some(host.as_str()) != but);
         let mut stopped = side_by_side(hosts.collect(), stop::stop);
         self.tried = Instant::now();
+        if program == While::Runs {
+            // Meanwhile the program may have begun the next transfer, which kept this process out.
+            let driven = split(self.notes(), |byte| self.is_marked(byte)).driven;
+            stopped.retain(|(host, stopped)| stopped.is_ok() || !driven.contains(host));
+        }
         let failed = stopped.iter().filter(|(_, stopped)| stopped.is_err());
         self.failed.extend(failed.map(|(host, _)| host.clone()));
         if program == While::Runs {
@@ -167,7 +178,10 @@ impl Online {
         self.remove(&stood_for);
         self.failed.retain(|host| !driven.contains(host));
         let is_time = !self.failed.is_empty() && !is_gone && self.tried.elapsed() >= AGAIN;
-        !left.is_empty() || are_lost || is_time
+        let (lost, gone): (Vec<_>, Vec<_>) = left.iter().partition(|note| note.byte == LOST);
+        self.lost = (!lost.is_empty()).then(|| self.lost.unwrap_or_else(Instant::now));
+        let is_over = self.lost.is_some_and(|since| since.elapsed() >= OWN_TRY);
+        !gone.is_empty() || is_over || are_lost || is_time
     }
 
     /// Whether a process holds the mark on this byte, or can't hold one.
@@ -181,13 +195,13 @@ impl Online {
         mark.l_len = 1;
         // SAFETY: the file is open, and the mark is this function's. It only asks.
         let asked = unsafe { libc::fcntl(self.mark.as_raw_fd(), libc::F_GETLK, &raw mut mark) };
-        byte == 0 || asked == -1 || mark.l_type != libc::F_UNLCK as _
+        byte != LOST && (byte == 0 || asked == -1 || mark.l_type != libc::F_UNLCK as _)
     }
 
     /// Programs do not become others, and this process sees each end.
     #[cfg(not(unix))]
-    fn is_marked(&self, _: u32) -> bool {
-        true
+    fn is_marked(&self, byte: u32) -> bool {
+        byte != LOST
     }
 }
 

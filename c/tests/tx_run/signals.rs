@@ -2,11 +2,13 @@
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::fs::{self, File, Permissions};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
+use std::{io, thread};
 
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
@@ -564,6 +566,85 @@ fn of_the_signals_that_are_ignored_from_the_start_only_a_hangup_stays_so() {
     wait_for(&txt, "more exchanges", |machine| machine.exchanges() > before + 5);
     run.signal(libc::SIGINT);
     run.end().badly("pc was ended by SIGINT");
+    wait_stopped(&txt);
+}
+
+/// Passes connections on to a controller, until they are cut.
+struct Line {
+    address: SocketAddr,
+    open: Arc<Mutex<Vec<TcpStream>>>,
+}
+
+impl Line {
+    fn to(txt: &SimulatedTxt) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let (address, controller) = (listener.local_addr().unwrap(), txt.address());
+        let open = Arc::<Mutex<Vec<TcpStream>>>::default();
+        let of_thread = Arc::clone(&open);
+        thread::spawn(move || {
+            for near in listener.incoming().flatten() {
+                let Ok(far) = TcpStream::connect(controller) else { return };
+                let copies = [&far, &near].map(|stream| stream.try_clone().unwrap());
+                for (mut from, mut to) in [(&far, &near), (&near, &far)]
+                    .map(|(from, to)| (from.try_clone().unwrap(), to.try_clone().unwrap()))
+                {
+                    thread::spawn(move || {
+                        let _ = io::copy(&mut from, &mut to);
+                        let _ = to.shutdown(Shutdown::Both);
+                    });
+                }
+                of_thread.lock().unwrap().extend(copies);
+            }
+        });
+        Self { address, open }
+    }
+
+    /// Ends those that are open, the controller's side first.
+    fn cut(&self) {
+        self.open.lock().unwrap().drain(..).for_each(|stream| _ = stream.shutdown(Shutdown::Both));
+    }
+
+    fn run(&self, flags: &str) -> Run {
+        let mut command = tx_run(&["--host", &self.address.to_string()]);
+        Run::start(command.arg(program("pc.c")).env("CFLAGS", flags))
+    }
+}
+
+#[test]
+fn a_lost_controller_is_stopped_while_the_program_goes_on() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let line = Line::to(&txt);
+    let run = line.run("");
+    wait_for(&txt, "the motor turns", turns);
+    line.cut();
+    // The program waits for its button, of which it hears nothing more.
+    wait_stopped(&txt);
+    txt.with_machine(|machine| assert_eq!(machine.controllers[0].outputs.duty, [0; 8]));
+    let ended = run.end_by(libc::SIGTERM);
+    assert!(ended.err.contains("so tx_run has sent it: all outputs are off"), "{}", ended.err);
+}
+
+#[test]
+fn a_lost_controller_is_left_to_a_program_that_begins_again() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let line = Line::to(&txt);
+    let run = line.run("-DAGAIN");
+    wait_for(&txt, "the motor turns", turns);
+    let before = txt.with_machine(|machine| machine.exchanges());
+    line.cut();
+    wait_for(&txt, "it turns again", |machine| machine.exchanges() > before + 20 && turns(machine));
+    wait_for(&txt, "more exchanges", |machine| {
+        assert!(turns(machine));
+        machine.exchanges() > before + 200
+    });
+    let ended = run.end_by(libc::SIGTERM);
+    assert!(!ended.err.contains("last exchange"), "{}", ended.err);
     wait_stopped(&txt);
 }
 
