@@ -1,4 +1,4 @@
-//! A process of its own that switches controllers off when this program is killed.
+//! A process of its own that switches a controller off when this program is killed.
 
 use std::env;
 use std::io::{self, Write};
@@ -23,13 +23,14 @@ pub(crate) struct Guardian(Input);
 type Input = Arc<Mutex<Option<ChildStdin>>>;
 
 impl Guardian {
-    /// Starts it for these controllers.
-    pub(crate) fn start(hosts: &[String]) -> anyhow::Result<Self> {
-        let (child, input) = spawn(hosts)
+    /// Starts it for this controller. Each has its own: one that does not answer at the end is no reason to stop others,
+    /// which somebody else may drive by then.
+    pub(crate) fn start(host: &str) -> anyhow::Result<Self> {
+        let (child, input) = spawn(host)
             .context("can't start the process that stops the motors when this one is killed")?;
         let input = Arc::new(Mutex::new(Some(input)));
-        let (hosts, kept) = (hosts.to_vec(), Arc::clone(&input));
-        let replace = move || replace(child, &hosts, &kept);
+        let (host, kept) = (host.to_owned(), Arc::clone(&input));
+        let replace = move || replace(child, &host, &kept);
         thread::Builder::new().name("guardian".to_owned()).spawn(replace)?;
         Ok(Self(input))
     }
@@ -53,16 +54,15 @@ fn lock(input: &Input) -> MutexGuard<'_, Option<ChildStdin>> {
     input.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn spawn(hosts: &[String]) -> io::Result<(Child, ChildStdin)> {
+fn spawn(host: &str) -> io::Result<(Child, ChildStdin)> {
     let mut command = outliving()?;
-    let mut child =
-        command.args(["stop", "--guard", "--"]).args(hosts).stdout(io::stderr()).spawn()?;
+    let mut child = command.args(["stop", "--guard", "--", host]).stdout(io::stderr()).spawn()?;
     let input = child.stdin.take().ok_or(io::ErrorKind::BrokenPipe)?;
     Ok((child, input))
 }
 
 /// Starts another guardian whenever one ends that is still wanted, as when somebody has killed it.
-fn replace(mut child: Child, hosts: &[String], input: &Input) {
+fn replace(mut child: Child, host: &str, input: &Input) {
     let mut short = 0;
     loop {
         let begun = Instant::now();
@@ -75,7 +75,7 @@ fn replace(mut child: Child, hosts: &[String], input: &Input) {
         if place.is_none() {
             return;
         }
-        let next = spawn(hosts).map(|(next, input)| {
+        let next = spawn(host).map(|(next, input)| {
             *place = Some(input);
             next
         });

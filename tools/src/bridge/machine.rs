@@ -12,6 +12,7 @@ use ft_transfer_area::{Error, Event, Events, FishX1Transfer, TimeLimits, Transfe
 use super::relay::{Relay, Setup};
 use super::report::{Stage, TOLD};
 use crate::commands::stop_absent;
+use crate::guardian::Guardian;
 
 /// How long a response may take before the broker is checked without one.
 const LOOK: Duration = Duration::from_millis(100);
@@ -34,8 +35,6 @@ pub(crate) struct Machine<'a> {
     events: Events,
     relay: Relay,
     stop: &'a AtomicBool,
-    /// Where it is noted that outputs may be on at the end.
-    left_on: &'a AtomicBool,
     /// The connection was lost and is not made again.
     is_cut: bool,
     /// Events that the library or the broker had no room for.
@@ -60,9 +59,8 @@ impl<'a> Machine<'a> {
         handler: TransferAreaComHandler,
         setup: Setup,
         stop: &'a AtomicBool,
-        left_on: &'a AtomicBool,
     ) -> anyhow::Result<Self> {
-        Self::with_relay(handler, setup.stall_limit, stop, left_on, || Relay::open(setup))
+        Self::with_relay(handler, setup.stall_limit, stop, || Relay::open(setup))
     }
 
     /// With this limit for motors that should turn and do not.
@@ -70,7 +68,6 @@ impl<'a> Machine<'a> {
         handler: TransferAreaComHandler,
         stall_limit: Option<Duration>,
         stop: &'a AtomicBool,
-        left_on: &'a AtomicBool,
         relay: impl FnOnce() -> anyhow::Result<Relay>,
     ) -> anyhow::Result<Self> {
         let areas = handler.areas();
@@ -87,7 +84,6 @@ impl<'a> Machine<'a> {
             events,
             relay: relay()?,
             stop,
-            left_on,
             is_cut: false,
             lost: 0,
             told_lost: 0,
@@ -95,15 +91,18 @@ impl<'a> Machine<'a> {
         })
     }
 
-    /// Works until it is stopped, or the broker refuses. The motors are off when it returns, or it is noted that they
-    /// may be on.
-    pub(crate) fn run(mut self) -> anyhow::Result<()> {
+    /// Works until it is stopped, or the broker refuses. The motors are off when it returns, or left to the guardian.
+    pub(crate) fn run(mut self, guardian: Option<Guardian>) -> anyhow::Result<()> {
         let worked = self.work();
         let ended = match self.handler.areas().is_running() {
             true => self.handler.end_transfer(),
             false => Ok(()),
         };
-        self.left_on.fetch_or(self.is_cut || ended.is_err(), Ordering::Relaxed);
+        match guardian {
+            Some(guardian) if !self.is_cut && ended.is_ok() => guardian.dismiss(),
+            // It begins now.
+            guardian => drop(guardian),
+        }
         let reason = match &worked {
             Ok(()) => "the bridge was ended".to_owned(),
             Err(error) => format!("{error:#}"),

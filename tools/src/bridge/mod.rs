@@ -100,23 +100,24 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let broker_limit = Duration::from_millis(args.broker_limit);
     let broker = Broker::new(&args.mqtt, login(args.user.clone())?, broker_limit)?;
     let hosts: Vec<_> = controllers.iter().map(|(_, host)| host.clone()).collect();
-    let (stop, left_on) = (AtomicBool::new(false), AtomicBool::new(false));
+    let stop = AtomicBool::new(false);
     let machines = controllers
         .into_iter()
         .zip(names)
-        .map(|(controller, names)| machine(&args, &broker, controller, names, (&stop, &left_on)))
+        .map(|(controller, names)| machine(&args, &broker, controller, names, &stop))
         .collect::<anyhow::Result<Vec<_>>>()?;
     // A simulated controller ends with this program.
-    let guardian = simulated.is_none().then(|| Guardian::start(&hosts)).transpose()?;
+    let guard = |host: &String| simulated.is_none().then(|| Guardian::start(host)).transpose();
+    let guardians = hosts.iter().map(guard).collect::<anyhow::Result<Vec<_>>>()?;
     let _driving = Driving::begin();
     let done = thread::scope(|scope| {
         // One message of each machine.
         let (ended, ends) = bounded(machines.len());
-        for machine in machines {
+        for (machine, guardian) in machines.into_iter().zip(guardians) {
             let ended = ended.clone();
             let work = move || {
                 let crashed = |_| bail!("the bridge has crashed, and its motors are stopped");
-                let result = catch_unwind(AssertUnwindSafe(|| machine.run()));
+                let result = catch_unwind(AssertUnwindSafe(|| machine.run(guardian)));
                 // It is received until the last one has ended.
                 let _ = ended.send(result.unwrap_or_else(crashed));
             };
@@ -136,9 +137,6 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         let others: anyhow::Result<Vec<()>> = ends.iter().collect();
         first.and(others.map(drop))
     });
-    if let Some(guardian) = guardian.filter(|_| !left_on.load(Ordering::Relaxed)) {
-        guardian.dismiss();
-    }
     done
 }
 
@@ -147,7 +145,7 @@ fn machine<'a>(
     broker: &Broker,
     (name, host): (String, String),
     names: Names,
-    (stop, left_on): (&'a AtomicBool, &'a AtomicBool),
+    stop: &'a AtomicBool,
 ) -> anyhow::Result<Machine<'a>> {
     let areas = 1 + usize::from(args.extensions);
     let handler = handler(&host, areas)?;
@@ -163,7 +161,7 @@ fn machine<'a>(
         master_limit: limit(args.master_limit),
         stall_limit: limit(args.stall_limit),
     };
-    Machine::new(handler, setup, stop, left_on)
+    Machine::new(handler, setup, stop)
 }
 
 /// The names and hosts of all controllers.

@@ -98,22 +98,23 @@ pub(crate) fn run(mut args: Args) -> anyhow::Result<()> {
     let (url, words) = words(&site)?;
     // A full pipe has them later.
     interrupt::in_time(move || publish(&words)).unwrap_or(Ok(()))?;
-    let guardian = guard(&args)?;
-    let driving = Driving::begin();
     let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
+    let guardians = guard(&panel)?;
+    let driving = Driving::begin();
     let router = server::router([Arc::clone(&panel)])?;
     let _opening = site.serve(router, (!args.no_browser).then_some(url))?;
     interrupted.recv()?;
-    end(&panel, guardian);
+    end(&panel, guardians);
     drop(driving);
     end_recordings(&panel);
     Ok(())
 }
 
-/// Guards the controllers that outlive this program.
-fn guard(args: &Args) -> anyhow::Result<Option<Guardian>> {
-    let hosts: Vec<_> = args.hosts.iter().filter(|host| *host != SIMULATED).cloned().collect();
-    (!hosts.is_empty()).then(|| Guardian::start(&hosts)).transpose()
+/// Guards the controllers that outlive this program: each host with its guardian, if it needs one.
+fn guard(panel: &Panel) -> anyhow::Result<Vec<Option<Guardian>>> {
+    let guard =
+        |host: &Host| (!host.is_simulated()).then(|| Guardian::start(&host.address)).transpose();
+    panel.hosts.iter().map(guard).collect()
 }
 
 fn start_hosts(args: &Args, common: &Arc<Common>) -> anyhow::Result<Vec<Host>> {
@@ -171,21 +172,17 @@ fn publish(words: &str) -> anyhow::Result<()> {
 }
 
 /// Stops all motors and waits until the controllers know.
-fn end(panel: &Panel, guardian: Option<Guardian>) {
+fn end(panel: &Panel, guardians: Vec<Option<Guardian>>) {
     panel.common.end();
     panel.stop();
     let deadline = Instant::now() + END_LIMIT;
-    let late: Vec<_> = panel
-        .hosts
-        .iter()
-        .filter(|host| !host.wait_for_end(deadline))
-        .map(|host| host.address.as_str())
-        .collect();
-    if !late.is_empty() {
-        // The guardian tries it anew when this program has ended.
-        log::warn!("no answer from {} at the end", late.join(", "));
-    } else if let Some(guardian) = guardian {
-        guardian.dismiss();
+    for (host, guardian) in panel.hosts.iter().zip(guardians) {
+        if host.wait_for_end(deadline) {
+            guardian.into_iter().for_each(Guardian::dismiss);
+        } else {
+            // Its guardian tries it anew.
+            log::warn!("no answer from {} at the end", host.address);
+        }
     }
 }
 

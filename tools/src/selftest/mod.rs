@@ -94,7 +94,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         not_there(trouble, &args.host)
     })?;
     // Only a motor goes on when this program is killed.
-    let guardian = args.motors.then(|| Guardian::start(&[address.to_string()])).transpose()?;
+    let guardian = args.motors.then(|| Guardian::start(&address.to_string())).transpose()?;
     let mut run = Run { rows: Vec::new(), bench, args, begin: Instant::now(), given_up: None };
     let ended = run.head().and_then(|()| run.all());
     let is_stopped = run.bench.leave();

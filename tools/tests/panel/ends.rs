@@ -59,6 +59,30 @@ fn guardian(of: u32) -> Option<(String, Vec<String>)> {
     children.split_whitespace().find_map(guards)
 }
 
+/// Somebody else may drive it by then.
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn a_controller_that_has_ended_well_is_not_stopped_again_for_one_that_does_not_answer() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let mut simulate = std::process::Command::new(env!("CARGO_BIN_EXE_txt"));
+    let hung = crate::running::Running::start(simulate.args(["simulate", "--port", "0"]));
+    let address = hung.line().strip_prefix("main ").unwrap().to_owned();
+    let mut command = command(&[&address, &txt.address().to_string(), "--no-browser"]);
+    let running = crate::running::Running::start(command.stderr(Stdio::piped()));
+    assert!(txt.wait_until(|machine| machine.exchanges() > 100, LIMIT));
+    hung.signal("STOP");
+    running.signal("INT");
+    // Its errors end with those of all guardians.
+    let ended = running.end();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert!(said.contains("no answer from"), "{said}");
+    let starts = txt.with_machine(|machine| {
+        machine.commands().filter(|command| *command == CommandId::StartOnline).count()
+    });
+    assert_eq!(starts, 1, "{said}");
+    hung.signal("CONT");
+}
+
 /// When the program is killed, another controller may be the only one that answers, or there may be several.
 #[cfg(target_os = "linux")]
 #[test]

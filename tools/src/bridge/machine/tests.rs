@@ -60,11 +60,8 @@ fn duties(
     let host = txt.address().to_string();
     let handler = handler(&host, 1).unwrap();
     let relay = || Ok(Relay::without_broker(setup(host), inbox));
-    let left_on = AtomicBool::new(false);
-    let (stop, left_on) = (&*stop, &left_on);
-    let machine = Machine::with_relay(handler, None, stop, left_on, relay).unwrap();
-    machine.run().unwrap();
-    assert!(!left_on.load(Ordering::Relaxed));
+    let machine = Machine::with_relay(handler, None, &stop, relay).unwrap();
+    machine.run(None).unwrap();
     let duties = duties.lock().unwrap();
     duties.clone()
 }
