@@ -2,6 +2,7 @@
 //!
 //! The keeper has the history; nothing of it waits for a disk. Each recording has a thread of its own for that.
 
+use std::fs::File;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -9,6 +10,7 @@ use std::{io, thread};
 
 use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use ft_transfer_area::{CameraFrame, TransferAreaComHandler};
+use ft_transfer_area_recorder::file::is_at;
 use ft_transfer_area_recorder::{Error, Follow, FrameSink, History, Options, Parts, Recorder};
 use serde::Serialize;
 
@@ -363,18 +365,21 @@ fn record(follow: Follow, stopped: &Receiver<()>, shown: &Shown) -> Result<(), T
     let recorder =
         Recorder::follow(FILE, follow, options).map_err(|error| Trouble::at_beginning(&error))?;
     let path = recorder.newest();
+    // Held open, so that the system gives no other file its number.
+    let held = File::open(&path).ok();
+    let is_there = || path.exists() && held.as_ref().is_none_or(|held| is_at(held, &path));
     shown.lock().frames = Some(recorder.frames());
     loop {
         shown.take(&recorder, &path);
         // What is written into a file without a name is lost at its end.
-        let goes_on = recorder.error().is_none() && path.exists();
+        let goes_on = recorder.error().is_none() && is_there();
         if !goes_on || stopped.recv_timeout(SIZE) != Err(RecvTimeoutError::Timeout) {
             break;
         }
     }
     shown.stop();
     let totals = recorder.finish().map_err(|error| Trouble::of(&error))?;
-    if !path.exists() {
+    if !is_there() {
         return Err(Trouble::of_removed(&path));
     }
     // With the index.

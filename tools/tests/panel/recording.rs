@@ -146,11 +146,23 @@ fn a_recording_whose_file_is_removed_ends_and_that_is_told() {
     let txt = SimulatedTxt::builder().start().unwrap();
     let panel = panel_in(&folder, &txt);
     let mut page = panel.driver();
-    let file = start(&mut page);
-    std::fs::remove_file(folder.path().join(&file)).unwrap();
-    let told = page.state(0, |state| state["recording"]["phase"] == "off");
-    let RecordingState { code, text, .. } = RecordingState::of(&told);
-    assert_eq!((code, text), ("record_gone", &*format!("{file} is not there any more")), "{told}");
+    for is_replaced in [false, true] {
+        let file = start(&mut page);
+        let path = folder.path().join(&file);
+        if is_replaced {
+            let other = folder.path().join("other");
+            std::fs::write(&other, "another").unwrap();
+            std::fs::rename(other, path).unwrap();
+        } else {
+            std::fs::remove_file(path).unwrap();
+        }
+        let told = page.state(0, |state| {
+            state["recording"]["phase"] == "off" && state["recording"]["error"] != Value::Null
+        });
+        let RecordingState { code, text, .. } = RecordingState::of(&told);
+        let gone = format!("{file} is not there any more");
+        assert_eq!((code, text), ("record_gone", &*gone), "{told}");
+    }
     start(&mut page);
     assert_eq!(stop(&mut page)["recording"]["error"], Value::Null);
 }
