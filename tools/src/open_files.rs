@@ -21,7 +21,8 @@ pub(crate) fn check(controllers: usize) {
 fn allowed() -> Option<u64> {
     use nix::sys::resource::{getrlimit, Resource};
 
-    getrlimit(Resource::RLIMIT_NOFILE).ok().map(|(allowed, _)| allowed)
+    // Some systems count with 32 bits.
+    getrlimit(Resource::RLIMIT_NOFILE).ok().map(|(allowed, _)| allowed as _)
 }
 
 /// There is no such limit.
