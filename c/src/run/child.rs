@@ -175,10 +175,12 @@ impl Forks {
 /// Stops the controllers that the program has left, and returns what is to be said of each, and whether it needs no other
 /// try.
 fn stop_left(online: &mut Online, target: &Target, program: While) -> Vec<(bool, String)> {
-    // A simulated TXT ends with this process.
+    // A simulated TXT ends with this process, which goes on while the program does.
     let simulated = match target {
         Target::Host(_) => None,
-        Target::Simulated { .. } | Target::Shown { .. } => Some(target.host()),
+        Target::Simulated { .. } | Target::Shown { .. } => {
+            (program != While::Runs).then(|| target.host())
+        }
     };
     let ends = simulated.as_ref().is_some_and(|host| online.has_left(host, program));
     let ends = ends.then(|| (true, String::from(ENDS_WITH_US)));

@@ -797,6 +797,19 @@ fn a_simulated_txt_ends_with_a_program_that_is_killed() {
 }
 
 #[test]
+fn a_simulated_txt_is_stopped_while_what_the_program_has_become_goes_on() {
+    if !has_compiler() {
+        return;
+    }
+    // A script presses I1.
+    let mut command = tx_run(&["--world", "default"]);
+    let flags = r#"-w -DLEAVE=execlp("sleep","sleep","2",(char*)0)"#;
+    let ended = Run::start(command.arg(program("ends.c")).env("CFLAGS", flags)).end();
+    assert!(ended.err.contains("so tx_run has sent it: all outputs are off"), "{ended:?}");
+    assert!(!ended.err.contains("ends now"), "{ended:?}");
+}
+
+#[test]
 fn a_second_signal_ends_a_program_that_does_not_end() {
     if !has_compiler() {
         return;
