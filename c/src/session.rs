@@ -338,6 +338,7 @@ impl<A: Area> SessionParts<A> {
     fn end_transfer(&self) -> Result<(), Error> {
         let online = self.online.lock().take();
         let ended = self.handler.end_transfer();
+        // After an error its drop leaves the controller to `tx_run`.
         if let (Ok(()), Some(online)) = (&ended, online) {
             online.end();
         }

@@ -584,16 +584,15 @@ impl Line {
         thread::spawn(move || {
             for near in listener.incoming().flatten() {
                 let Ok(far) = TcpStream::connect(controller) else { return };
-                let copies = [&far, &near].map(|stream| stream.try_clone().unwrap());
-                for (mut from, mut to) in [(&far, &near), (&near, &far)]
-                    .map(|(from, to)| (from.try_clone().unwrap(), to.try_clone().unwrap()))
-                {
+                let copy = |stream: &TcpStream| stream.try_clone().unwrap();
+                for (from, to) in [(&far, &near), (&near, &far)] {
+                    let (mut from, mut to) = (copy(from), copy(to));
                     thread::spawn(move || {
                         let _ = io::copy(&mut from, &mut to);
                         let _ = to.shutdown(Shutdown::Both);
                     });
                 }
-                of_thread.lock().unwrap().extend(copies);
+                of_thread.lock().unwrap().extend([far, near]);
             }
         });
         Self { address, open }
