@@ -2,6 +2,8 @@
 
 use std::env;
 use std::ffi::{c_int, c_void};
+#[cfg(target_os = "linux")]
+use std::fs;
 use std::io;
 use std::mem::{self, transmute, zeroed};
 use std::path::PathBuf;
@@ -13,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
-use super::{end_all, goes_on, Stack};
+use super::{end_all, goes_on, Stack, LOCK_LIMIT};
 use crate::ffi::guarded;
 use crate::inside;
 use crate::online::is_of_tx_run;
@@ -87,6 +89,9 @@ static DONE: AtomicU32 = AtomicU32::new(0);
 /// Whether a signal has come that suspends the program.
 static SUSPEND: AtomicBool = AtomicBool::new(false);
 
+/// Whoever changes which signals are taken up. A child after `fork` may find it locked for ever.
+static TAKES_UP: Mutex<()> = Mutex::new(());
+
 /// Has this called when the program returns from `main` or calls `exit`, with glibc also `quick_exit`.
 pub(crate) fn at_exit(function: extern "C" fn()) {
     type AtQuickExit = unsafe extern "C" fn(extern "C" fn(), *const c_void) -> c_int;
@@ -131,10 +136,9 @@ pub(crate) fn threads_are_gone() -> bool {
 /// Ends the transfers when a signal ends or suspends the program, and then has the signal do so. A signal that the
 /// program handles or ignores stays the program's.
 pub(super) fn watch() {
-    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     // The thread holds signals back, too.
     let _inside = inside::enter();
-    let _one = ONE_AT_A_TIME.lock();
+    let _one = TAKES_UP.try_lock_for(LOCK_LIMIT);
     continue_tx_run();
     let own = process::id();
     if WATCHED_BY.load(Ordering::Acquire) != own {
@@ -288,6 +292,8 @@ fn suspend(ender: &Thread) {
         libc::pthread_sigmask(libc::SIG_BLOCK, ptr::null(), &raw mut held);
         libc::sigaction(libc::SIGTSTP, ptr::null(), &raw mut before);
     }
+    // A thread that begins a transfer would take the signal up again, and it would do nothing.
+    let takes_up = TAKES_UP.try_lock_for(LOCK_LIMIT);
     end_by(libc::SIGTSTP);
     // SAFETY: the set is one that this thread had.
     unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, &raw const held, ptr::null_mut()) };
@@ -296,19 +302,41 @@ fn suspend(ender: &Thread) {
         // SAFETY: the action is one that the program had.
         unsafe { libc::sigaction(libc::SIGTSTP, &raw const before, ptr::null_mut()) };
     }
+    drop(takes_up);
     SUSPEND.store(false, Ordering::Release);
     goes_on();
 }
 
 /// The shell may have continued only this program, and `tx_run`, which stops what it leaves, is still suspended.
 fn continue_tx_run() {
-    // SAFETY: calls without pointers. The signal does nothing to a process that runs.
+    // SAFETY: calls without pointers.
     unsafe {
         let parent = libc::getppid();
-        if is_of_tx_run() && libc::getpgid(parent) == libc::getpgrp() {
+        if is_of_tx_run() && libc::getpgid(parent) == libc::getpgrp() && is_suspended(parent) {
             libc::kill(parent, libc::SIGCONT);
         }
     }
+}
+
+/// Whether a process is suspended. To one that runs the signal that continues it would do harm: a Ctrl-Z that it has not
+/// seen yet would be lost.
+#[cfg(target_os = "linux")]
+fn is_suspended(process: libc::pid_t) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{process}/stat"));
+    stat.map_or(true, |stat| has_state(&stat, 'T'))
+}
+
+/// Whether a file `stat` of the system shows this state.
+#[cfg(target_os = "linux")]
+fn has_state(stat: &str, state: char) -> bool {
+    // The name before it may have any characters.
+    stat.rsplit_once(") ").is_some_and(|(_, rest)| rest.starts_with(state))
+}
+
+/// Other systems do not show it.
+#[cfg(not(target_os = "linux"))]
+fn is_suspended(_: libc::pid_t) -> bool {
+    true
 }
 
 /// Does what the signal does without this library, which ends or suspends the process. Async-signal-safe.
@@ -411,14 +439,9 @@ fn end_within_limit(ender: &Thread) {
 /// keep the motors turning forever.
 #[cfg(target_os = "linux")]
 fn program_has_left() -> bool {
-    use std::fs;
-
     let main = process::id().to_string();
-    let state = fs::read_to_string(format!("/proc/self/task/{main}/stat"));
-    // The name before it may have any characters.
-    let is_gone =
-        |stat: &str| stat.rsplit_once(") ").is_some_and(|(_, rest)| rest.starts_with('Z'));
-    if !state.is_ok_and(|stat| is_gone(&stat)) {
+    let stat = fs::read_to_string(format!("/proc/self/task/{main}/stat"));
+    if !stat.is_ok_and(|stat| has_state(&stat, 'Z')) {
         return false;
     }
     let Ok(threads) = fs::read_dir("/proc/self/task") else { return false };
