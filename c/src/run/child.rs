@@ -89,15 +89,17 @@ pub(crate) fn run(
     let mut was_left = false;
     let (to_say, saying) = say_meanwhile();
     let status = loop {
+        let is_suspended = signals::is_to_pause(&child);
         match child.try_wait() {
-            Ok(None) if online.is_left() => {
+            Ok(None) if online.is_left(is_suspended) => {
                 was_left = true;
+                let program = if is_suspended { While::IsSuspended } else { While::Runs };
                 // Sentences without room are not said.
-                let words = stop_left(&mut online, target, While::Runs);
+                let words = stop_left(&mut online, target, program);
                 words.into_iter().for_each(|(_, it)| drop(to_say.try_send(it)));
             }
             // Not while motors may be on.
-            Ok(None) if signals::is_to_pause(&child) && !online.has_any() => signals::pause(),
+            Ok(None) if is_suspended && !online.has_any() => signals::pause(),
             Ok(None) => thread::sleep(LOOK),
             Ok(Some(status)) => break Ok(status),
             Err(error) => break Err(error),
@@ -179,7 +181,7 @@ fn stop_left(online: &mut Online, target: &Target, program: While) -> Vec<(bool,
     let simulated = match target {
         Target::Host(_) => None,
         Target::Simulated { .. } | Target::Shown { .. } => {
-            (program != While::Runs).then(|| target.host())
+            (!program.goes_on()).then(|| target.host())
         }
     };
     let ends = simulated.as_ref().is_some_and(|host| online.has_left(host, program));

@@ -21,7 +21,7 @@ const MARK: &str = "mark";
 const BEGUN: &str = "begun";
 /// In the name of a note the byte of a transfer that has ended without a last exchange, while its process goes on.
 const LOST: u32 = u32::MAX;
-/// How long the program has to begin the next one with the same controller itself.
+/// How long the program has to begin the next one with the same controller itself, or to end it when it is suspended.
 const OWN_TRY: Duration = Duration::from_millis(500);
 /// After how long one that could not be stopped is tried again, while the program runs.
 const AGAIN: Duration = Duration::from_secs(1);
@@ -34,7 +34,7 @@ pub(crate) struct Online {
     /// The hosts that could not be stopped, and when they were tried.
     failed: BTreeSet<String>,
     tried: Instant,
-    /// Since when transfers are left that the program may begin again.
+    /// Since when transfers are left that the program may begin again, or end itself.
     lost: Option<Instant>,
     /// The hosts that the program may use, as far as this process has named them.
     named: BTreeSet<String>,
@@ -58,10 +58,19 @@ struct Note {
 pub(crate) enum While {
     /// Those that no process has any more.
     Runs,
+    /// All: the program was suspended before their last exchange.
+    IsSuspended,
     /// The same, when perhaps only what it has made by `fork` still runs.
     Ends,
     /// All.
     HasEnded,
+}
+
+impl While {
+    /// Whether the program itself may still end its transfers.
+    pub(crate) fn goes_on(self) -> bool {
+        matches!(self, Self::Runs | Self::IsSuspended)
+    }
 }
 
 impl Online {
@@ -86,9 +95,9 @@ impl Online {
         self.folder.join(BEGUN).exists()
     }
 
-    /// Whether a transfer has begun and not ended.
+    /// Whether a transfer has begun and not ended, or could not be stopped.
     pub(crate) fn has_any(&mut self) -> bool {
-        !self.notes().is_empty()
+        !self.failed.is_empty() || !self.notes().is_empty()
     }
 
     fn notes(&mut self) -> BTreeSet<Note> {
@@ -117,7 +126,7 @@ impl Online {
                 let notes = self.notes();
                 split(notes, |byte| self.is_marked(byte)).left
             }
-            While::HasEnded => self.notes(),
+            While::IsSuspended | While::HasEnded => self.notes(),
         }
     }
 
@@ -149,14 +158,14 @@ impl Online {
         let hosts = hosts.into_iter().filter(|host| Some(host.as_str()) != but);
         let mut stopped = side_by_side(hosts.collect(), stop::stop);
         self.tried = Instant::now();
-        if program == While::Runs {
+        if program.goes_on() {
             // Meanwhile the program may have begun the next transfer, which kept this process out.
             let driven = split(self.notes(), |byte| self.is_marked(byte)).driven;
             stopped.retain(|(host, stopped)| stopped.is_ok() || !driven.contains(host));
         }
         let failed = stopped.iter().filter(|(_, stopped)| stopped.is_err());
         self.failed.extend(failed.map(|(host, _)| host.clone()));
-        if program == While::Runs {
+        if program.goes_on() {
             stopped.retain(|(host, stopped)| stopped.is_ok() || !before.contains(host));
         }
         stopped
@@ -167,18 +176,20 @@ impl Online {
         self.failed.clear();
     }
 
-    /// Whether transfers are left that no process has any more: it has ended, or has become another program. Or whether
-    /// it is time to try one again.
-    pub(crate) fn is_left(&mut self) -> bool {
+    /// Whether transfers are left that no process has any more: it has ended, or has become another program. Or that the
+    /// program, which is suspended, could not end before. Or whether it is time to try one again.
+    pub(crate) fn is_left(&mut self, is_suspended: bool) -> bool {
         let notes = self.notes();
         let is_gone = !self.seen.is_empty() && self.is_gone();
         let are_lost = is_gone && !self.seen.iter().any(|(_, byte)| self.is_marked(*byte));
         self.seen.extend(notes.iter().map(|note| (note.host.clone(), note.byte)));
-        let Split { left, stood_for, driven } = split(notes, |byte| self.is_marked(byte));
+        let is_driven = |byte| !is_suspended && self.is_marked(byte);
+        let Split { left, stood_for, driven } = split(notes, is_driven);
         self.remove(&stood_for);
         self.failed.retain(|host| !driven.contains(host));
         let is_time = !self.failed.is_empty() && !is_gone && self.tried.elapsed() >= AGAIN;
-        let (lost, gone): (Vec<_>, Vec<_>) = left.iter().partition(|note| note.byte == LOST);
+        let (lost, gone): (Vec<_>, Vec<_>) =
+            left.iter().partition(|note| is_suspended || note.byte == LOST);
         self.lost = (!lost.is_empty()).then(|| self.lost.unwrap_or_else(Instant::now));
         let is_over = self.lost.is_some_and(|since| since.elapsed() >= OWN_TRY);
         !gone.is_empty() || is_over || are_lost || is_time
@@ -305,11 +316,11 @@ mod tests {
             // "auto", without a mark.
             let note = online.folder.join(format!("0.{number}.6175746f"));
             File::create_new(&note).unwrap();
-            assert!(!online.is_left());
+            assert!(!online.is_left(false));
             online.done_with.extend(Note::of(note.clone()));
             fs::remove_file(note).unwrap();
         }
-        assert!(!online.is_left());
+        assert!(!online.is_left(false));
         assert_eq!((online.seen.len(), online.done_with.len()), (1, 0));
     }
 

@@ -2,13 +2,16 @@
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::fs::{self, File, Permissions};
+use std::io::{self, Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
-use std::{io, thread};
+use std::thread;
+use std::time::Duration;
 
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
@@ -131,7 +134,7 @@ fn ctrl_z_ends_a_program_that_knows_no_pauses() {
         return;
     }
     let txt = txt().start().unwrap();
-    let run = run_in_group(&txt, "ends.c", "-w -DCODE=0");
+    let run = run_in_group(txt.address(), "ends.c", "-w -DCODE=0");
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
     run.signal_group(libc::SIGTSTP);
     wait_stopped(&txt);
@@ -139,8 +142,8 @@ fn ctrl_z_ends_a_program_that_knows_no_pauses() {
 }
 
 /// As a shell does, which suspends all of it.
-fn run_in_group(txt: &SimulatedTxt, name: &str, flags: &str) -> Run {
-    let mut command = tx_run(&["--host", &txt.address().to_string()]);
+fn run_in_group(controller: SocketAddr, name: &str, flags: &str) -> Run {
+    let mut command = tx_run(&["--host", &controller.to_string()]);
     Run::start(command.arg(program(name)).env("CFLAGS", flags).process_group(0))
 }
 
@@ -169,7 +172,7 @@ fn tx_run_goes_on_with_a_program_that_is_continued_alone_and_drives_again() {
         return;
     }
     let txt = txt().start().unwrap();
-    let run = run_in_group(&txt, "pc.c", "-DAGAIN");
+    let run = run_in_group(txt.address(), "pc.c", "-DAGAIN");
     wait_for(&txt, "the motor turns", turns);
     run.signal_group(libc::SIGTSTP);
     wait_until("it is suspended", || is_suspended(&run.id().to_string()));
@@ -188,7 +191,7 @@ fn tx_run_is_suspended_with_its_program_and_stays_with_one_that_goes_on() {
         return;
     }
     let first = txt().start().unwrap();
-    let run = run_in_group(&first, "pc.c", "");
+    let run = run_in_group(first.address(), "pc.c", "");
     wait_for(&first, "the motor turns", turns);
     run.signal_group(libc::SIGTSTP);
     wait_stopped(&first);
@@ -197,7 +200,7 @@ fn tx_run_is_suspended_with_its_program_and_stays_with_one_that_goes_on() {
     run.end_by(libc::SIGTERM).badly("pc was ended by SIGTERM");
 
     let second = txt().start().unwrap();
-    let run = run_in_group(&second, "pc.c", "-DSTUBBORN -DLEAVE");
+    let run = run_in_group(second.address(), "pc.c", "-DSTUBBORN -DLEAVE");
     wait_for(&second, "the motor turns", turns);
     run.signal_group(libc::SIGTSTP);
     press(&second, &run);
@@ -537,7 +540,7 @@ fn a_program_that_is_suspended_is_ended_by_the_first_signal() {
         return;
     }
     let txt = txt().start().unwrap();
-    let run = run_in_group(&txt, "pc.c", "");
+    let run = run_in_group(txt.address(), "pc.c", "");
     wait_for(&txt, "the motor turns", turns);
     let program = program_of(&run);
     send("TSTP", &program);
@@ -573,29 +576,35 @@ fn of_the_signals_that_are_ignored_from_the_start_only_a_hangup_stays_so() {
 struct Line {
     address: SocketAddr,
     open: Arc<Mutex<Vec<TcpStream>>>,
+    /// Whether nothing gets through meanwhile.
+    is_held: Arc<AtomicBool>,
 }
 
 impl Line {
     fn to(txt: &SimulatedTxt) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let (address, controller) = (listener.local_addr().unwrap(), txt.address());
-        let open = Arc::<Mutex<Vec<TcpStream>>>::default();
-        let of_thread = Arc::clone(&open);
+        let (open, is_held) = <(Arc<Mutex<Vec<TcpStream>>>, Arc<AtomicBool>)>::default();
+        let (of_thread, held) = (Arc::clone(&open), Arc::clone(&is_held));
         thread::spawn(move || {
             for near in listener.incoming().flatten() {
                 let Ok(far) = TcpStream::connect(controller) else { return };
                 let copy = |stream: &TcpStream| stream.try_clone().unwrap();
                 for (from, to) in [(&far, &near), (&near, &far)] {
-                    let (mut from, mut to) = (copy(from), copy(to));
+                    let (from, to, held) = (copy(from), copy(to), Arc::clone(&held));
                     thread::spawn(move || {
-                        let _ = io::copy(&mut from, &mut to);
+                        let _ = pass_on(&from, &to, &held);
                         let _ = to.shutdown(Shutdown::Both);
                     });
                 }
                 of_thread.lock().unwrap().extend([far, near]);
             }
         });
-        Self { address, open }
+        Self { address, open, is_held }
+    }
+
+    fn hold(&self, is_held: bool) {
+        self.is_held.store(is_held, Ordering::SeqCst);
     }
 
     /// Ends those that are open, the controller's side first.
@@ -604,9 +613,46 @@ impl Line {
     }
 
     fn run(&self, flags: &str) -> Run {
-        let mut command = tx_run(&["--host", &self.address.to_string()]);
-        Run::start(command.arg(program("pc.c")).env("CFLAGS", flags))
+        run_in_group(self.address, "pc.c", flags)
     }
+}
+
+fn pass_on(mut from: &TcpStream, mut to: &TcpStream, is_held: &AtomicBool) -> io::Result<()> {
+    let mut bytes = [0; 4096];
+    loop {
+        let size = from.read(&mut bytes)?;
+        if size == 0 {
+            return Ok(());
+        }
+        while is_held.load(Ordering::SeqCst) {
+            thread::sleep(Duration::from_millis(5));
+        }
+        to.write_all(&bytes[..size])?;
+    }
+}
+
+/// Otherwise its motor would go on with `tx_run` in front of a program that never goes on.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_that_was_suspended_before_its_last_exchange_is_stopped() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().idle_limit(Duration::from_secs(1)).start().unwrap();
+    let line = Line::to(&txt);
+    let run = line.run("");
+    wait_for(&txt, "the motor turns", turns);
+    line.hold(true);
+    run.signal_group(libc::SIGTSTP);
+    let program = program_of(&run);
+    wait_until("the program is suspended", || is_suspended(&program));
+    assert!(txt.with_machine(|machine| turns(machine)));
+    line.hold(false);
+    wait_stopped(&txt);
+    wait_until("tx_run is suspended", || is_suspended(&run.id().to_string()));
+    run.signal_group(libc::SIGCONT);
+    let ended = run.end_by(libc::SIGTERM);
+    assert!(ended.err.contains("so tx_run has sent it: all outputs are off"), "{}", ended.err);
 }
 
 #[test]
