@@ -2,6 +2,8 @@
 
 use std::fs;
 use std::path::Path;
+#[cfg(unix)]
+use std::process::{Command, Output};
 
 use ft_transfer_area::TransferAreaComHandler;
 use ft_transfer_area_recorder::{Options, Recorder};
@@ -139,4 +141,47 @@ fn replay_plays_the_rest() {
     assert!(output.status.success(), "{}", said(&output));
     assert!(said(&output).contains(&format!("after {cycles} recorded cycles. It did the same")));
     assert!(said(&output).contains("damaged.mcap: a part of "), "{}", said(&output));
+}
+
+/// What a command says of a recording that it reads from a pipe.
+#[cfg(unix)]
+fn from_pipe(folder: &TempDir, path: &str, command: &str, options: &[&str]) -> Output {
+    let pipe = in_folder(folder, &format!("{command}{}.pipe", options.len()));
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let bytes = fs::read(path).unwrap();
+    let running = Running::start(txt(&[command, &pipe]).args(options));
+    fs::write(&pipe, bytes).unwrap();
+    running.end()
+}
+
+/// A pipe that is opened once more waits for a second writer, for ever.
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_read_once() {
+    let (folder, whole, _) = recordings();
+    let from_pipe =
+        |path: &str, command, options: &[&str]| from_pipe(&folder, path, command, options);
+    let rows = from_pipe(&whole, "csv", &["O2"]);
+    assert!(rows.status.success(), "{}", said(&rows));
+    assert_eq!(String::from_utf8(rows.stdout).unwrap().lines().count(), 1 + table(&whole).0.len());
+
+    // What the values are is damaged.
+    let mut bytes = fs::read(&whole).unwrap();
+    let first = (0..bytes.len()).find(|at| bytes[*at..].starts_with(b"lz4")).unwrap();
+    bytes[first + 200] ^= 0x55;
+    let damaged = in_folder(&folder, "begin.mcap");
+    fs::write(&damaged, bytes).unwrap();
+    let shown = from_pipe(&damaged, "info", &[]);
+    assert!(shown.status.success() && said(&shown).contains(" damaged ("), "{}", said(&shown));
+
+    for (command, options) in [
+        ("csv", &[][..]),
+        ("csv", &["O2", "--from", "00:00"]),
+        ("plot", &["--unusual", "1"]),
+        ("replay", &["--port", "0"]),
+    ] {
+        let refused = from_pipe(&whole, command, options);
+        assert_eq!(refused.status.code(), Some(1), "{}", said(&refused));
+        assert!(said(&refused).contains("it can be read only once"), "{}", said(&refused));
+    }
 }

@@ -142,7 +142,7 @@ impl Recording {
     ///
     /// # Errors
     ///
-    /// The file can't be read again, such as a pipe.
+    /// The file can't be read again, as a pipe.
     pub fn rewind(&mut self) -> Result<(), Error> {
         let file = self.records.rewound().map_err(|cause| self.unreadable(cause))?;
         *self = Self::of(self.path.clone(), file)?;
@@ -277,8 +277,8 @@ impl Recording {
     fn channel(&mut self, id: u16) -> Result<Channel, String> {
         if self.damage.is_some() && !self.has_looked_ahead && !self.channels.contains_key(&id) {
             self.has_looked_ahead = true;
-            let listed = File::open(&self.path).and_then(|file| Records::of(file).channels());
-            for record in listed.unwrap_or_default() {
+            // What can be read only once has none to offer.
+            for record in self.records.all_channels().unwrap_or_default() {
                 if let Some((id, topic)) = records::channel(&record) {
                     let meaning = self.meaning(topic);
                     self.channels.entry(id).or_insert(meaning);

@@ -1,7 +1,7 @@
 //! The records of a file. No length that a file announces is trusted: memory is taken only for what is there.
 
 use std::fs::File;
-use std::io::{self, Read, Seek};
+use std::io::{self, Read, Seek, SeekFrom};
 
 use mcap::records::op;
 use mcap::MAGIC;
@@ -56,8 +56,21 @@ impl Records<File> {
     /// The file, at its beginning.
     pub(crate) fn rewound(&self) -> io::Result<File> {
         let mut file = self.source.file().try_clone()?;
-        file.rewind()?;
+        file.rewind().map_err(|cause| {
+            let why = "it can be read only once, as a pipe; write it to a file first";
+            io::Error::new(cause.kind(), why)
+        })?;
         Ok(file)
+    }
+
+    /// The channels wherever they can be read: behind the data, or in the data of a file without an index. What comes
+    /// next is as before.
+    pub(crate) fn all_channels(&self) -> io::Result<Vec<Vec<u8>>> {
+        let mut file = self.source.file();
+        let next = file.stream_position()?;
+        let channels = Records::of(self.rewound()?).channels();
+        file.seek(SeekFrom::Start(next))?;
+        channels
     }
 }
 
@@ -95,8 +108,7 @@ impl<R: Read> Records<R> {
         (chunk.data.len() - chunk.last) as u64
     }
 
-    /// The channels wherever they can be read: behind the data, or in the data of a file without an index.
-    pub(crate) fn channels(mut self) -> io::Result<Vec<Vec<u8>>> {
+    fn channels(mut self) -> io::Result<Vec<Vec<u8>>> {
         let mut channels = Vec::new();
         loop {
             match self.next()? {

@@ -47,10 +47,13 @@ pub(crate) struct Args {
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     ensure_is_one(&args.file)?;
     let names = args.names.read()?;
-    let columns =
-        if args.columns.is_empty() { Survey::of(&args.file)?.columns() } else { args.columns };
-    let part = args.part.of(&args.file)?;
-    let recording = Recording::open(&args.file)?;
+    let mut recording = Recording::open(&args.file)?;
+    let mut columns = args.columns;
+    if columns.is_empty() {
+        columns = Survey::of(&mut recording, &args.file)?.columns();
+        recording.rewind()?;
+    }
+    let part = args.part.of(&mut recording, &args.file)?;
     let table = Table { columns, names, part };
     let done = match &args.output {
         Some(path) => {

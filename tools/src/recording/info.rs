@@ -37,7 +37,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     match &in_parts::files_of(&args.file)[..] {
-        [file] => show(&Survey::of(file)?, args.json),
+        [file] => show(&Survey::of_file(file)?, args.json),
         parts => show_all(parts, args.json),
     }
 }
@@ -83,7 +83,7 @@ struct Part {
 
 impl Part {
     fn of(file: &Path) -> Self {
-        let (survey, error) = match Survey::of(file) {
+        let (survey, error) = match Survey::of_file(file) {
             Ok(survey) => (Some(survey), None),
             Err(error) => (None, Some(format!("{error:#}"))),
         };

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{bail, ensure, Context};
+use ft_transfer_area_recorder::Recording;
 use jiff::civil;
 use jiff::fmt::strtime;
 use jiff::tz::Offset;
@@ -67,11 +68,17 @@ impl Part {
     }
 
     /// From when to when it is. Only a part that needs to know what is in the recording has it read for that.
-    pub(super) fn of(&self, path: &Path) -> anyhow::Result<Range<Duration>> {
+    pub(super) fn of(
+        &self,
+        recording: &mut Recording,
+        path: &Path,
+    ) -> anyhow::Result<Range<Duration>> {
         let of_day = |time: Option<Time>| matches!(time, Some(Time::OfDay(..)));
         let times = [self.from, self.to, self.around];
         if times.into_iter().any(of_day) || self.unusual.is_some() {
-            return self.within(&Survey::of(path)?);
+            let survey = Survey::of(recording, path)?;
+            recording.rewind()?;
+            return self.within(&survey);
         }
         self.within(&Survey::default())
     }

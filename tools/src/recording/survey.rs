@@ -99,8 +99,12 @@ fn known<'a>(device_name: &'a str, firmware: &'a str) -> [&'a str; 2] {
 
 impl Survey {
     /// Reads a recording to its end.
-    pub(crate) fn of(path: &Path) -> Result<Self, Error> {
-        let mut recording = Recording::open(path)?;
+    pub(crate) fn of_file(path: &Path) -> Result<Self, Error> {
+        Self::of(&mut Recording::open(path)?, path)
+    }
+
+    /// Reads a recording of this file to its end.
+    pub(crate) fn of(recording: &mut Recording, path: &Path) -> Result<Self, Error> {
         let progress = progress("reads");
         let started = recording.started().duration_since(std::time::UNIX_EPOCH);
         let mut survey = Self {

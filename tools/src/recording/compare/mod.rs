@@ -61,14 +61,9 @@ pub(crate) fn run(args: Args) -> anyhow::Result<bool> {
     if let Some(output) = &args.plot {
         let begins = sides.each_ref().map(Side::begin);
         let mark = found.at(&sides);
-        second_over_first(
-            [&args.first, &args.second],
-            begins,
-            args.terminals,
-            &names,
-            mark,
-            output,
-        )?;
+        let [first, second] = &mut sides;
+        let both = [first.again()?, second.again()?];
+        second_over_first(both, begins, args.terminals, &names, mark, output)?;
         print::line(output.display())?;
     }
     Ok(matches!(found.what, What::Same))

@@ -47,6 +47,12 @@ impl Side {
         })
     }
 
+    /// The recording, at its beginning again.
+    pub(super) fn again(&mut self) -> Result<(&Path, &mut Recording), Error> {
+        self.recording.rewind()?;
+        Ok((&self.path, &mut self.recording))
+    }
+
     /// When its first cycle was.
     pub(super) fn begin(&self) -> Duration {
         self.begin.unwrap_or_default()

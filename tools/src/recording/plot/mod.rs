@@ -73,8 +73,8 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     }
     ensure_is_one(&args.recording)?;
     let names = args.names.read()?;
-    let part = args.part.of(&args.recording)?;
     let mut recording = Recording::open(&args.recording)?;
+    let part = args.part.of(&mut recording, &args.recording)?;
     let clock = Clock::of(recording.started());
     let part = part.start.as_secs_f64()..part.end.as_secs_f64();
     let mut tracks = Tracks::new(args.terminals, names, part).with_unusual();

@@ -15,7 +15,7 @@ use crate::names::Names;
 /// Draws the second recording as thin lines over the wide ones of the first. Times are those since these beginnings,
 /// and the mark is where they differ first.
 pub(crate) fn second_over_first(
-    paths: [&Path; 2],
+    recordings: [(&Path, &mut Recording); 2],
     begins: [Duration; 2],
     terminals: Vec<Column>,
     names: &Names,
@@ -24,10 +24,11 @@ pub(crate) fn second_over_first(
 ) -> anyhow::Result<()> {
     let mut both =
         [(); 2].map(|()| Tracks::new(terminals.clone(), names.clone(), 0.0..f64::INFINITY));
-    for ((path, begin), tracks) in paths.iter().zip(begins).zip(&mut both) {
-        read(&mut Recording::open(path)?, tracks, begin)?;
+    let files = recordings.each_ref().map(|(path, _)| path.file_name().unwrap_or_default());
+    let files = files.map(|name| name.to_string_lossy());
+    for (((_, recording), begin), tracks) in recordings.into_iter().zip(begins).zip(&mut both) {
+        read(recording, tracks, begin)?;
     }
-    let files = paths.map(|path| path.file_name().unwrap_or_default().to_string_lossy());
     let title = format!("{} wide, {} thin", files[0], files[1]);
     save(&picture(both, title, mark)?, output)
 }

@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use ft_transfer_area::{FirmwareVersion, PORT};
+use ft_transfer_area_recorder::Recording;
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use super::in_parts::ensure_is_one;
@@ -57,7 +58,9 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     ensure_is_one(&args.file)?;
-    let survey = Survey::of(&args.file)?;
+    let mut recording = Recording::open(&args.file)?;
+    let survey = Survey::of(&mut recording, &args.file)?;
+    recording.rewind()?;
     if let Some(damage) = &survey.damage {
         say_what_is_damaged(damage, &args.file);
     }
@@ -74,7 +77,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
     lines::never_wait_to_log()?;
     let first_picture = survey.first_picture.clone();
-    let mut player = Player::open(&args.file, part.clone(), first_picture, !args.fast)?;
+    let mut player = Player::new(recording, part.clone(), first_picture, !args.fast);
     let file = args.file.display();
     anyhow::ensure!(player.has_cycles()?, "{file} has no cycle in this time");
     let (of_part, in_all) = match args.part.is_all() {

@@ -2,7 +2,6 @@
 
 use std::collections::VecDeque;
 use std::ops::Range;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area_recorder::{
@@ -75,14 +74,15 @@ pub(super) struct Run {
 }
 
 impl Player {
-    pub(super) fn open(
-        path: &Path,
+    /// Plays this part of a recording that is at its beginning.
+    pub(super) fn new(
+        recording: Recording,
         part: Range<Duration>,
         first_picture: Option<Vec<u8>>,
         paced: bool,
-    ) -> Result<Self, Error> {
-        Ok(Self {
-            recording: Recording::open(path)?,
+    ) -> Self {
+        Self {
+            recording,
             part,
             picture_before: None,
             first_picture,
@@ -98,7 +98,7 @@ impl Player {
             has_left: true,
             left: Vec::new(),
             run: Run::default(),
-        })
+        }
     }
 
     /// How many exchanges there were.
@@ -523,7 +523,8 @@ mod tests {
             recorder.frames().record(&CameraFrame::new(picture.to_vec()));
         }
         assert_eq!(recorder.finish().unwrap().frames, 10);
-        let mut player = Player::open(&path, Duration::ZERO..Duration::MAX, None, false).unwrap();
+        let recording = Recording::open(&path).unwrap();
+        let mut player = Player::new(recording, Duration::ZERO..Duration::MAX, None, false);
         while player.find_cycle(|_| {}).unwrap() {
             player.ahead.clear();
         }

@@ -23,7 +23,7 @@ fn cycle(number: u64, late_reactions: u64, arrived: Instant) -> LoggedCycle {
 
 /// How many late reactions a file has.
 fn late_in(path: &Path) -> u64 {
-    let counts = Survey::of(path).unwrap().unusual_counts;
+    let counts = Survey::of_file(path).unwrap().unusual_counts;
     counts.get(&Kind::LateReaction).copied().unwrap_or(0)
 }
 
@@ -75,7 +75,7 @@ fn late_reactions_from_before_a_recording_are_not_in_it() {
     let follow = history.follow();
     history.unfollow();
     Recorder::follow(&path, follow, Options::default()).unwrap().finish().unwrap();
-    let survey = Survey::of(&path).unwrap();
+    let survey = Survey::of_file(&path).unwrap();
     let listed: Vec<_> = survey.unusual.iter().map(|one| (one.seconds, &*one.what)).collect();
     let late = "late reactions of the program since the last second: ";
     assert_eq!(listed, [(0.0, &*format!("{late}2")), (10.0, &*format!("{late}1"))]);
