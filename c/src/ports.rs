@@ -12,8 +12,9 @@
 //! whichever controllers answer.
 
 use std::env;
-use std::fs;
-use std::path::PathBuf;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use ft_transfer_area::{find_controllers, ConnectionKind, SearchOptions};
@@ -25,6 +26,8 @@ use crate::{host, online};
 const FILE: &str = "ft_txt_ports";
 /// The entry after which no file counts, as for programs of `tx_run`.
 const NO_FILE: &str = "none";
+/// How long it may be, in bytes.
+const MOST: u64 = 64 << 10;
 /// How long a search for controllers may take.
 pub(crate) const SEARCH_LIMIT: Duration = Duration::from_secs(1);
 
@@ -73,9 +76,9 @@ impl Ports {
             return ports;
         }
         for file in files() {
-            match fs::read_to_string(&file) {
+            match read(&file) {
                 Ok(text) => ports.add(&file.display().to_string(), &text),
-                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
                 Err(error) => log::warn!("{} can't be read: {error}", file.display()),
             }
         }
@@ -210,6 +213,19 @@ fn files() -> Vec<PathBuf> {
     [Some(PathBuf::new()), user].into_iter().flatten().map(|folder| folder.join(FILE)).collect()
 }
 
+/// The text of a file. A device may have no end, and a pipe may never have one: a program that waits for it has motors on.
+fn read(path: &Path) -> io::Result<String> {
+    if !fs::metadata(path)?.is_file() {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no file"));
+    }
+    let mut text = String::new();
+    File::open(path)?.take(MOST + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > MOST {
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "it has more than 64 KiB"));
+    }
+    Ok(text)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -226,6 +242,26 @@ mod tests {
         let ports = ports(text);
         let named = [(4, "192.168.7.2".to_owned()), (5, "10.0.0.7:65000".to_owned())];
         assert_eq!(ports.named, named);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_is_not_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        assert!(std::process::Command::new("mkfifo").arg(at("pipe")).status().unwrap().success());
+        fs::write(at("long"), "#".repeat(70_000)).unwrap();
+        fs::write(at("right"), "COM4=a").unwrap();
+        for (path, part) in [
+            (Path::new("/dev/zero"), "no file"),
+            (&at("pipe"), "no file"),
+            (&at("long"), "more than 64 KiB"),
+        ] {
+            let error = read(path).unwrap_err().to_string();
+            assert!(error.contains(part), "{path:?}: {error}");
+        }
+        assert_eq!(read(&at("right")).unwrap(), "COM4=a");
+        assert_eq!(read(&at("none")).unwrap_err().kind(), io::ErrorKind::NotFound);
     }
 
     #[test]

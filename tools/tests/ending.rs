@@ -21,7 +21,7 @@ use crate::watch::slow::Killed;
 use crate::watch::support::{command, listening, logged, KitClient};
 
 /// A pipe that takes so many bytes and no more: nobody reads it.
-fn pipe(folder: &TempDir, room: usize) -> (String, File) {
+pub(crate) fn pipe(folder: &TempDir, room: usize) -> (String, File) {
     let path = in_folder(folder, "pipe");
     assert!(Command::new("mkfifo").arg(&path).status().unwrap().success());
     // On Linux, opening it for both waits for nobody.

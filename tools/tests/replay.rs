@@ -1,6 +1,9 @@
 //! `txt replay`: a program decides and ends as in its recording.
 
+use std::io::{BufRead, BufReader};
+use std::net::{TcpListener, TcpStream};
 use std::path::Path;
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
@@ -13,8 +16,9 @@ use ft_transfer_area_recorder::{Options, Recorded, Recorder, Recording, Transfer
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
+use crate::ending;
 use crate::recording::{in_folder, run, said, txt, DEADLINE};
-use crate::running::Running;
+use crate::running::{end, wait_for, Running};
 
 /// What a program decides, and in which hundredth of a second.
 type Decisions = Vec<(u16, String)>;
@@ -424,4 +428,31 @@ fn recorded_pictures_come_again() {
     let picture = frames.recv_timeout(DEADLINE).unwrap().jpeg().unwrap().into_owned();
     assert!(picture == PICTURES[0], "the last picture, before the second one");
     handler.end_transfer().unwrap();
+}
+
+/// Also a terminal that is paused.
+#[cfg(unix)]
+#[test]
+fn an_output_that_nobody_reads_holds_up_no_program() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let recorded = record(&path, None, 1);
+    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let start = |output: Stdio| {
+        let arguments = ["replay", &path, "--port", &port.to_string(), "--fast"];
+        txt(&arguments).stdout(output).spawn().unwrap()
+    };
+    // With room for the first line alone.
+    let mut child = start(Stdio::piped());
+    let mut line = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    end(&mut child);
+    let (_path, pipe) = ending::pipe(&folder, line.len());
+    let mut child = start(pipe.try_clone().unwrap().into());
+    let connect = || TcpStream::connect(("127.0.0.1", port)).is_ok();
+    wait_for("it listens", connect);
+    for _ in 0..3 {
+        assert_eq!(program(&handler(port), DUTY_MAX), recorded[0]);
+    }
+    end(&mut child);
 }

@@ -12,6 +12,11 @@ use crate::read;
 const DEPTH: usize = 3;
 const MOST_FILES: usize = 5000;
 const MOST_SOURCES: usize = 200;
+/// How much of their text is looked at for functions, in bytes, and for how many of these.
+const MOST_TEXT: usize = 16 << 20;
+const MOST_MISSING: usize = 50;
+/// How long the parameters of a function are at most, in bytes. Parentheses in a text or a comment have no end.
+const MOST_PARAMETERS: usize = 4096;
 /// A few names show what is missing.
 const MOST_NAMES: usize = 3;
 
@@ -76,9 +81,11 @@ fn leads_to_file(parts: &[&str], place: &Path) -> bool {
 
 /// What to do about functions that a linker has not found. `named` are the sources that it was made of.
 pub(crate) fn advice_for_names(missing: &[&str], named: &[&Path]) -> String {
-    let mut nowhere = missing.to_vec();
-    let in_own = take_defined(&mut nowhere, named.iter().map(|source| source.to_path_buf()));
-    let in_others = take_defined(&mut nowhere, other_sources(named).into_iter());
+    let mut nowhere = missing[..missing.len().min(MOST_MISSING)].to_vec();
+    let mut left = MOST_TEXT;
+    let in_own =
+        take_defined(&mut nowhere, named.iter().map(|source| source.to_path_buf()), &mut left);
+    let in_others = take_defined(&mut nowhere, other_sources(named).into_iter(), &mut left);
     let differs = "but not as it is called: with other arguments, or in the other language (extern \"C\", -x)";
     let in_own = in_own.iter().map(|(file, names)| (file, names, differs));
     let in_others = in_others.iter().map(|(file, names)| (file, names, "name this file, too"));
@@ -98,13 +105,16 @@ type ByFile<'a> = BTreeMap<PathBuf, Vec<&'a str>>;
 fn take_defined<'a>(
     missing: &mut Vec<&'a str>,
     files: impl Iterator<Item = PathBuf>,
+    left: &mut usize,
 ) -> ByFile<'a> {
     let mut found = ByFile::new();
     for file in files {
-        if missing.is_empty() {
+        if missing.is_empty() || *left == 0 {
             break;
         }
-        let text = read::file(&file).unwrap_or_default();
+        let mut text = read::file(&file).unwrap_or_default();
+        text.truncate(*left);
+        *left -= text.len();
         let text = String::from_utf8_lossy(&text);
         let (defined, others) = missing.iter().partition(|name| defines(&text, name));
         *missing = others;
@@ -163,11 +173,11 @@ fn is_definition(rest: &str) -> bool {
         return rest.starts_with('=') && !rest.starts_with("==");
     };
     let mut depth = 1;
-    let end = inner.find(|c| {
-        depth += i32::from(c == '(') - i32::from(c == ')');
+    let end = inner.char_indices().take_while(|(at, _)| *at < MOST_PARAMETERS).find(|(_, c)| {
+        depth += i32::from(*c == '(') - i32::from(*c == ')');
         depth == 0
     });
-    let behind = end.map_or("", |end| inner[end + 1..].trim_start());
+    let behind = end.map_or("", |(end, _)| inner[end + 1..].trim_start());
     let behind = behind.strip_prefix("const").unwrap_or(behind).trim_start();
     behind.starts_with('{') || (behind.starts_with(':') && !behind.starts_with("::"))
 }
@@ -203,6 +213,22 @@ mod tests {
         {
             assert!(!defines(text, "axis"), "{text}");
         }
+    }
+
+    #[test]
+    fn no_more_is_looked_at_than_people_wait_for() {
+        let parameters = |count| format!("int axis({}) {{", "int, ".repeat(count));
+        assert!(defines(&parameters(100), "axis") && !defines(&parameters(1000), "axis"));
+        let folder = tempfile::tempdir().unwrap();
+        let source = write(folder.path(), "axis.c", "int one = 1; int two = 2;");
+        let found = |left: &mut usize| {
+            let mut missing = vec!["one", "two"];
+            take_defined(&mut missing, [source.clone(), source.clone()].into_iter(), left);
+            missing
+        };
+        let mut left = 30;
+        assert_eq!((found(&mut left), left), (vec![], 5));
+        assert_eq!((found(&mut left), left), (vec!["one", "two"], 0));
     }
 
     #[test]

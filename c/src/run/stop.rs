@@ -1,12 +1,59 @@
 //! Stops a controller whose program has crashed or was killed: a TXT does not stop by itself.
 
+use std::thread;
+use std::time::{Duration, Instant};
+
 use ft_transfer_area::transfer_area::MAX_AREAS;
 use ft_transfer_area::{Error, TransferAreaComHandler};
 
+/// For how long it is tried again while the system starts no thread: what the program has left running may end soon.
+const TRIES: Duration = Duration::from_secs(10);
+const RETRY: Duration = Duration::from_millis(100);
+
 /// Goes online, sends an exchange with all outputs off, also those of extensions, and goes offline.
 pub(crate) fn stop(host: &str) -> Result<(), Error> {
+    until_threads_start(|| try_to_stop(host))
+}
+
+fn until_threads_start(attempt: impl Fn() -> Result<(), Error>) -> Result<(), Error> {
+    let begin = Instant::now();
+    loop {
+        match attempt() {
+            Err(Error::ThreadNotStarted { .. }) if begin.elapsed() < TRIES => thread::sleep(RETRY),
+            done => return done,
+        }
+    }
+}
+
+fn try_to_stop(host: &str) -> Result<(), Error> {
     let handler = TransferAreaComHandler::builder(host).areas(MAX_AREAS).build()?;
     handler.begin_transfer()?;
     drop(handler.areas().wait_cycle()?);
     handler.end_transfer()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::io;
+
+    use super::*;
+
+    #[test]
+    fn it_is_tried_again_until_a_thread_starts_and_other_errors_are_told_at_once() {
+        let tries = Cell::new(0);
+        let attempt = || {
+            tries.set(tries.get() + 1);
+            match tries.get() {
+                1 | 2 => {
+                    Err(Error::ThreadNotStarted { cause: io::Error::other("too many").into() })
+                }
+                3 => Ok(()),
+                _ => Err(Error::NotStarted),
+            }
+        };
+        assert!(until_threads_start(attempt).is_ok());
+        assert!(matches!(until_threads_start(attempt), Err(Error::NotStarted)));
+        assert_eq!(tries.get(), 4);
+    }
 }

@@ -5,11 +5,11 @@ mod freshness;
 mod reason;
 
 use std::collections::hash_map::RandomState;
-use std::collections::HashSet;
+use std::collections::{HashSet, VecDeque};
 use std::hash::{BuildHasher, Hasher};
 use std::pin::pin;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -27,8 +27,10 @@ use tokio::{runtime, select};
 use self::address::host_and_port;
 use self::freshness::Freshness;
 
-/// How many messages wait for the broker at most. They are our own, and short: some hundred bytes.
+/// How many messages wait for the broker at most, and with how many bytes. Most have some hundred; a state with names has
+/// more.
 const QUEUE: usize = 10_000;
+const QUEUE_BYTES: usize = 8 << 20;
 
 /// How many messages from the broker wait at most, and with how many bytes. A cycle of the controller takes all of them.
 const INBOX: usize = 1000;
@@ -155,22 +157,53 @@ pub(crate) struct Subscription {
 }
 
 /// Sends messages on one connection. Never blocks.
-pub(crate) struct Publisher(AsyncClient);
+pub(crate) struct Publisher {
+    client: AsyncClient,
+    waiting: Arc<Mutex<Waiting>>,
+}
+
+/// The sizes of the messages that wait, in their order.
+#[derive(Default)]
+struct Waiting {
+    sizes: VecDeque<usize>,
+    bytes: usize,
+}
+
+impl Waiting {
+    /// The first one is on its way.
+    fn is_sent(&mut self) {
+        self.bytes -= self.sizes.pop_front().unwrap_or(0);
+    }
+}
+
+fn lock(waiting: &Mutex<Waiting>) -> MutexGuard<'_, Waiting> {
+    waiting.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 impl Publisher {
     #[cfg(test)]
     pub(crate) fn of(client: AsyncClient) -> Self {
-        Self(client)
+        Self { client, waiting: Arc::default() }
     }
 
     /// Hands over a message; `false` when too many wait already.
     pub(crate) fn send(&self, topic: &str, retain: bool, payload: impl Into<Vec<u8>>) -> bool {
-        self.0.try_publish(topic, QoS::AtLeastOnce, retain, payload).is_ok()
+        let payload = payload.into();
+        let size = topic.len() + payload.len();
+        // Also while it is handed over: it may be sent at once.
+        let mut waiting = lock(&self.waiting);
+        let fits = waiting.bytes + size <= QUEUE_BYTES
+            && self.client.try_publish(topic, QoS::AtLeastOnce, retain, payload).is_ok();
+        if fits {
+            waiting.bytes += size;
+            waiting.sizes.push_back(size);
+        }
+        fits
     }
 
     /// Ends the connection behind all messages.
     pub(crate) fn leave(&self) -> bool {
-        self.0.try_disconnect().is_ok()
+        self.client.try_disconnect().is_ok()
     }
 }
 
@@ -269,16 +302,18 @@ impl Client {
         let mut heard = Instant::now();
         let mut freshness = Freshness::new(heard);
         let mut leaving = false;
+        let waiting = Arc::<Mutex<Waiting>>::default();
         loop {
             match self.next(&mut events, heard, &mut freshness).await {
                 Ok(Event::Incoming(packet)) => {
                     heard = Instant::now();
-                    if let Err(end) = self.take(packet, &client, freshness.not_before()) {
+                    if let Err(end) = self.take(packet, &client, &waiting, freshness.not_before()) {
                         return end;
                     }
                 }
                 // The broker closes the connection when it has read everything.
                 Ok(Event::Outgoing(Outgoing::Disconnect)) => leaving = true,
+                Ok(Event::Outgoing(Outgoing::Publish(_))) => lock(&waiting).is_sent(),
                 Ok(Event::Outgoing(_)) => {}
                 Err(_) if leaving => return End::Done,
                 Err(end) => return end,
@@ -334,7 +369,13 @@ impl Client {
         })
     }
 
-    fn take(&self, packet: Packet, client: &AsyncClient, not_before: Instant) -> Result<(), End> {
+    fn take(
+        &self,
+        packet: Packet,
+        client: &AsyncClient,
+        waiting: &Arc<Mutex<Waiting>>,
+        not_before: Instant,
+    ) -> Result<(), End> {
         match packet {
             Packet::ConnAck(_) => {
                 let filter = |path: &String| SubscribeFilter::new(path.clone(), QoS::AtLeastOnce);
@@ -347,7 +388,8 @@ impl Client {
                                   access list";
                     return Err(End::Failed(BrokerEvent::Refused(reason.to_owned())));
                 }
-                Ok(self.outlet.publish(BrokerEvent::Up(Publisher(client.clone())))?)
+                let (client, waiting) = (client.clone(), Arc::clone(waiting));
+                Ok(self.outlet.publish(BrokerEvent::Up(Publisher { client, waiting }))?)
             }
             Packet::Publish(message) if self.subscription.unread.contains(&message.topic) => Ok(()),
             Packet::Publish(message) => Ok(self.outlet.leave(Message {
@@ -369,6 +411,17 @@ pub(crate) fn random() -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_waits_for_the_broker_has_room_for_so_many_bytes() {
+        let (client, _events) = AsyncClient::new(MqttOptions::new("a", "localhost", 1), QUEUE);
+        let publisher = Publisher::of(client);
+        let state = vec![0; 32 << 10];
+        let sent = (0..QUEUE).take_while(|_| publisher.send("a", true, state.clone())).count();
+        assert!((200..256).contains(&sent), "{sent}");
+        lock(&publisher.waiting).is_sent();
+        assert!(publisher.send("a", true, state.clone()) && !publisher.send("a", true, state));
+    }
 
     #[test]
     fn the_inbox_has_room_for_so_many_bytes() {

@@ -1,7 +1,6 @@
 //! Pictures in the browser.
 
 use std::net::{Ipv4Addr, SocketAddr};
-use std::sync::atomic::Ordering;
 use std::sync::Arc;
 
 use axum::extract::{Query, Request, State};
@@ -41,8 +40,7 @@ impl Page {
         let viewers = Arc::new(Semaphore::new(VIEWERS));
         let pictures = |Extension(kept): Extension<Kept>| async move {
             let place = viewers.try_acquire_owned().map_err(|_| TOO_MANY)?;
-            kept.store(true, Ordering::Relaxed);
-            Ok::<_, Refusal>(pictures::response(newest, place))
+            Ok::<_, Refusal>(pictures::response(newest, (place, kept.keep())))
         };
         Router::new()
             .route("/", get(|| async { Html(page) }))

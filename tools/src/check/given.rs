@@ -1,7 +1,8 @@
 //! What is wrong with the words after `txt check`, in the language of the lessons.
 
 use std::ffi::OsStr;
-use std::fs;
+use std::fs::{self, File};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::lesson::{Lesson, LESSONS};
@@ -92,13 +93,20 @@ fn source(program: &Path, lesson: &str) -> Option<Words> {
         _ => return None,
     };
     // A script that says who runs it is a program.
-    let is_script = fs::read(program).is_ok_and(|text| text.starts_with(b"#!"));
+    let is_script = begins_with(program, b"#!");
     (!is_script).then(|| {
         Words::new(
             format!("{shown} is the source of a program; {en}"),
             format!("{shown} ist der Quelltext eines Programms. {de}"),
         )
     })
+}
+
+/// Whether a file begins so. A pipe may never begin.
+fn begins_with(path: &Path, begin: &[u8]) -> bool {
+    let mut found = vec![0; begin.len()];
+    let mut read = || File::open(path)?.read_exact(&mut found);
+    path.is_file() && read().is_ok() && found == begin
 }
 
 /// There is no such file. A name alone is looked up by the system.
@@ -165,4 +173,20 @@ fn sources_there() -> String {
     names.sort();
     names.truncate(20);
     names.join(", ")
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_file_says_who_runs_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        assert!(std::process::Command::new("mkfifo").arg(at("a.py")).status().unwrap().success());
+        fs::write(at("b.py"), "#!/usr/bin/python3\n").unwrap();
+        fs::write(at("c.py"), "#").unwrap();
+        let is_source = |name: &str| source(&at(name), "1").is_some();
+        assert_eq!(["a.py", "b.py", "c.py"].map(is_source), [true, false, true]);
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
 use futures_util::stream::{SplitSink, SplitStream};
@@ -13,6 +14,9 @@ use super::control_lock::PageId;
 use super::dispatch::Panel;
 use super::reply::Answers;
 use super::state::STATE_PERIOD;
+
+/// How long a page may take until it is whole. What never says anything has a place of a page that others want.
+const EARLY_LIMIT: Duration = Duration::from_secs(20);
 
 /// Leaves the panel when the connection ends, however it ends.
 struct OpenPage {
@@ -46,7 +50,14 @@ async fn receive(
     is_whole: &AtomicBool,
 ) {
     let OpenPage { panel, page } = open;
-    while let Some(Ok(message)) = stream.next().await {
+    let mut limit = (!is_whole.load(Ordering::Relaxed)).then_some(EARLY_LIMIT);
+    loop {
+        let next = stream.next();
+        let message = match limit.take() {
+            Some(limit) => time::timeout(limit, next).await.ok().flatten(),
+            None => next.await,
+        };
+        let Some(Ok(message)) = message else { return };
         is_whole.store(true, Ordering::Relaxed);
         match message {
             Message::Text(text) => panel.receive(*page, &text, &answers),

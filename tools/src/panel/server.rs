@@ -1,6 +1,5 @@
 //! The server: the page, the connection of each page, the stop, the camera.
 
-use std::sync::atomic::Ordering;
 use std::sync::Arc;
 
 use axum::extract::ws::WebSocketUpgrade;
@@ -230,7 +229,7 @@ async fn open_page(
 ) -> Result<Response, Refusal> {
     let place = Arc::clone(&server.pages).try_acquire_owned().map_err(|_| TOO_MANY)?;
     let own_place = Arc::clone(&panel.places).try_acquire_owned().map_err(|_| TOO_MANY)?;
-    kept.store(true, Ordering::Relaxed);
+    let keeping = kept.keep();
     let upgrade = upgrade
         .max_message_size(MESSAGE_MAX)
         .max_frame_size(MESSAGE_MAX)
@@ -238,7 +237,7 @@ async fn open_page(
         .max_write_buffer_size(panel.hello(PageId::MAX).len() + TO_SEND_MAX);
     Ok(upgrade.on_upgrade(move |socket| async move {
         connection::serve(socket, panel, early).await;
-        drop((place, own_place));
+        drop((place, own_place, keeping));
     }))
 }
 
@@ -258,6 +257,5 @@ async fn camera(
 ) -> Result<Response, Refusal> {
     let host = panel.hosts.get(host).ok_or(NO_FILE)?;
     let place = Arc::clone(&server.viewers).try_acquire_owned().map_err(|_| TOO_MANY)?;
-    kept.store(true, Ordering::Relaxed);
-    Ok(pictures::response(host.pictures(), place))
+    Ok(pictures::response(host.pictures(), (place, kept.keep())))
 }

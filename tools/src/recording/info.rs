@@ -84,7 +84,8 @@ struct Part {
 impl Part {
     fn of(file: &Path) -> Self {
         let (survey, error) = match Survey::of_file(file) {
-            Ok(survey) => (Some(survey), None),
+            // There may be thousands of parts, and nobody sees their pictures here.
+            Ok(survey) => (Some(Survey { first_picture: None, ..survey }), None),
             Err(error) => (None, Some(format!("{error:#}"))),
         };
         Self { file: file.display().to_string(), survey, error }

@@ -1,6 +1,7 @@
 //! What is in a recording, without its values.
 
 use std::collections::BTreeMap;
+use std::mem;
 use std::path::Path;
 use std::time::Duration;
 
@@ -52,6 +53,9 @@ pub(crate) struct Survey {
     pub(crate) mean_cycle_ms: f64,
     pub(crate) longest_cycle_ms: f64,
     pub(crate) gaps: u64,
+    /// Whether the last gap has begun, and all since then is known.
+    #[serde(skip)]
+    pub(crate) in_gap: bool,
     /// By kind.
     pub(crate) events: BTreeMap<String, u64>,
     pub(crate) pictures: u64,
@@ -125,6 +129,7 @@ impl Survey {
             match entry.what {
                 Recorded::Cycle(cycle) => {
                     transfers.cycle(cycle.number);
+                    survey.in_gap &= cycle.lost == 0;
                     survey.count(&cycle, &mut measured);
                 }
                 Recorded::Transfer(transfer) => {
@@ -135,7 +140,10 @@ impl Survey {
                     }
                     survey.note(&transfer, entry.at);
                 }
-                Recorded::Missing => transfers.miss(),
+                Recorded::Missing => {
+                    transfers.miss();
+                    survey.in_gap = false;
+                }
                 Recorded::Event(event) => *survey.events.entry(event.event).or_default() += 1,
                 Recorded::Picture(jpeg) => {
                     survey.pictures += 1;
@@ -226,14 +234,19 @@ impl Survey {
             Transfer::Began { device_name, firmware, address, .. } => {
                 self.answers(device_name, firmware, Some(address), at);
             }
-            Transfer::Lost(_) => self.gaps += 1,
-            Transfer::NotRecorded { entries } => self.lost += entries,
+            Transfer::Lost(_) => (self.gaps, self.in_gap) = (self.gaps + 1, true),
+            Transfer::NotRecorded { entries } => {
+                self.lost += entries;
+                self.in_gap = false;
+            }
             Transfer::Restored { after_ms, device_name, firmware, .. } => {
                 // Older files have no names there.
                 if !device_name.is_empty() {
                     self.answers(device_name, firmware, None, at);
                 }
-                self.end_gap(*after_ms);
+                if mem::take(&mut self.in_gap) {
+                    self.end_gap(*after_ms);
+                }
             }
             _ => {}
         }
@@ -268,4 +281,28 @@ pub(crate) fn progress(doing: &str) -> ProgressBar {
     }
     bar.set_message(doing.to_owned());
     bar
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::super::unusual::Sentence;
+    use super::*;
+
+    #[test]
+    fn a_gap_whose_beginning_is_not_known_is_not_the_one_before() {
+        let mut survey = Survey::default();
+        let transfer = |value| serde_json::from_value(value).unwrap();
+        let lost: Transfer =
+            transfer(json!({"what": "lost", "kind": "no_answer", "error": "away"}));
+        let restored = |after_ms| transfer(json!({"what": "restored", "after_ms": after_ms}));
+        let at = Duration::ZERO;
+        survey.note(&lost, at);
+        let what = Sentence { en: "away".into(), de: String::new() };
+        survey.list(Moment { number: Some(1), kind: Kind::Gap, at, what });
+        survey.note(&restored(1500), at);
+        survey.note(&restored(3500), at);
+        assert_eq!(survey.unusual[0].what, "away; it was back after 1.50 s");
+    }
 }

@@ -1,6 +1,5 @@
 //! The connections to the server, with limits for everything that somebody may send or not send.
 
-use std::collections::VecDeque;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,6 +10,7 @@ use axum::{Extension, Router};
 use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
+use socket2::{SockRef, TcpKeepalive};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::task::JoinHandle;
 use tokio::time;
@@ -22,6 +22,8 @@ use crate::lines::Rarely;
 const HEAD_LIMIT: Duration = Duration::from_secs(3);
 /// How long a browser may take nothing of what is sent to it.
 const WRITE_LIMIT: Duration = Duration::from_secs(2);
+/// How long a browser that is silent, and to which nothing is sent, may be gone before the system asks for it.
+const SILENCE: Duration = Duration::from_secs(20);
 /// How long the head of a request may be, in bytes.
 const HEAD_MAX: usize = 16 * 1024;
 /// How many connections may be open that are neither a page's nor a camera's. A further one ends the oldest.
@@ -30,10 +32,31 @@ const PASSING: usize = 400;
 const SEND_BUFFER: u32 = 64 * 1024;
 const BACKLOG: u32 = 128;
 
-/// Set when a connection becomes a page's or a camera's. Their number has a limit of its own.
-pub(crate) type Kept = Arc<AtomicBool>;
+/// Whether a connection is a page's or a camera's. Their number has a limit of its own.
+#[derive(Clone, Default)]
+pub(crate) struct Kept(Arc<AtomicBool>);
 
-struct Passing {
+/// As long as this is there, the connection is one of those.
+pub(crate) struct Keeping(Kept);
+
+impl Kept {
+    pub(crate) fn keep(&self) -> Keeping {
+        self.0.store(true, Ordering::Relaxed);
+        Keeping(self.clone())
+    }
+
+    fn is_passing(&self) -> bool {
+        !self.0.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for Keeping {
+    fn drop(&mut self) {
+        self.0 .0.store(false, Ordering::Relaxed);
+    }
+}
+
+struct Open {
     kept: Kept,
     task: JoinHandle<()>,
 }
@@ -50,7 +73,7 @@ pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 
 /// Serves whoever connects, forever.
 pub(crate) async fn serve(listener: TcpListener, router: Router) {
-    let mut passing: VecDeque<Passing> = VecDeque::new();
+    let mut open: Vec<Open> = Vec::new();
     let mut warning = Rarely::default();
     loop {
         let stream = match listener.accept().await {
@@ -64,15 +87,15 @@ pub(crate) async fn serve(listener: TcpListener, router: Router) {
                 continue;
             }
         };
-        passing.retain(|one| !one.task.is_finished() && !one.kept.load(Ordering::Relaxed));
+        open.retain(|one| !one.task.is_finished());
+        let passing: Vec<usize> =
+            (0..open.len()).filter(|at| open[*at].kept.is_passing()).collect();
         if passing.len() >= PASSING {
-            if let Some(oldest) = passing.pop_front() {
-                oldest.task.abort();
-            }
+            open.remove(passing[0]).task.abort();
         }
         let kept = Kept::default();
-        let router = router.clone().layer(Extension(Arc::clone(&kept)));
-        passing.push_back(Passing { kept, task: tokio::spawn(answer(stream, router)) });
+        let router = router.clone().layer(Extension(kept.clone()));
+        open.push(Open { kept, task: tokio::spawn(answer(stream, router)) });
     }
 }
 
@@ -80,6 +103,11 @@ pub(crate) async fn serve(listener: TcpListener, router: Router) {
 async fn answer(stream: TcpStream, router: Router) {
     if let Err(error) = stream.set_nodelay(true) {
         log::debug!("a connection stays slow: {error}");
+    }
+    // A browser to which nothing is sent may be gone, as with the Wi-Fi.
+    let alive = TcpKeepalive::new().with_time(SILENCE).with_interval(SILENCE / 4);
+    if let Err(error) = SockRef::from(&stream).set_tcp_keepalive(&alive) {
+        log::debug!("a connection may outlast its browser: {error}");
     }
     let mut stream = TimeoutStream::new(stream);
     stream.set_write_timeout(Some(WRITE_LIMIT));

@@ -2,6 +2,9 @@
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
@@ -76,6 +79,38 @@ fn half_requests_keep_nobody_out() {
     assert_eq!(post_stop(&panel, &panel.token, ""), 204);
     assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 0, LIMIT));
     drop(half);
+}
+
+/// No picture follows, so the connection is none of a camera.
+#[test]
+fn the_head_of_a_camera_takes_no_place_of_a_picture() {
+    let panel = Panel::start(&[]);
+    let head =
+        format!("HEAD /camera/0?token={} HTTP/1.1\r\nHost: {}\r\n\r\n", panel.token, panel.address);
+    let mut asks = connect(&panel);
+    asks.write_all(head.as_bytes()).unwrap();
+    let mut answer = [0; 12];
+    asks.read_exact(&mut answer).unwrap();
+    assert_eq!(&answer, b"HTTP/1.1 200");
+    // It goes on asking while others come, of whom there may be 400.
+    let (over, is_over) = mpsc::channel();
+    thread::spawn(move || {
+        while asks.write_all(head.as_bytes()).is_ok() && is_open(&mut asks) {
+            thread::sleep(Duration::from_millis(20));
+        }
+        over.send(()).unwrap();
+    });
+    let deadline = Instant::now() + LIMIT;
+    while is_over.try_recv().is_err() {
+        assert!(Instant::now() < deadline, "the oldest connection is never ended");
+        drop((0..450).map(|_| connect(&panel)).collect::<Vec<_>>());
+    }
+}
+
+/// Whether it is, as far as what can be read now says.
+fn is_open(stream: &mut TcpStream) -> bool {
+    stream.set_read_timeout(Some(Duration::from_millis(1))).unwrap();
+    !matches!(stream.read(&mut [0; 4096]), Ok(0))
 }
 
 #[cfg_attr(windows, ignore = "Wine is too slow for thousands of messages in a second")]

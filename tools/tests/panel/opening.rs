@@ -1,5 +1,6 @@
 //! How the page comes to a browser: by a file for the one of this computer, by a code for a phone, and over a slow network.
 
+use std::io::ErrorKind;
 use std::net::TcpStream;
 use std::time::Duration;
 
@@ -35,6 +36,26 @@ fn a_page_that_is_not_whole_gets_its_first_state_and_more_when_it_says_something
         let said = socket.read().unwrap();
         assert!(said.to_text().unwrap().contains("\"state\""), "{said}");
     }
+}
+
+/// It has one of the places of pages.
+#[test]
+fn a_page_that_never_becomes_whole_is_closed() {
+    let panel = Panel::start(&[]);
+    let address = format!("ws://{}/ws?token={}&early=true", panel.address, panel.token);
+    let stream = TcpStream::connect(&panel.address).unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
+    let (mut socket, _) =
+        tungstenite::client(address.into_client_request().unwrap(), stream).unwrap();
+    let end = loop {
+        if let Err(end) = socket.read() {
+            break end;
+        }
+    };
+    let is_timeout = |error: &std::io::Error| {
+        matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
+    };
+    assert!(!matches!(&end, Error::Io(error) if is_timeout(error)), "{end}");
 }
 
 /// A browser that writes down with what it was started.

@@ -3,6 +3,7 @@
 mod compare;
 mod ids;
 mod player;
+mod printer;
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -21,6 +22,7 @@ use super::survey::Survey;
 use super::whole::say_what_is_damaged;
 use crate::{interrupt, lines, print};
 use player::{Player, Program, Run};
+use printer::Printer;
 
 /// How often to check whether a program has left, or a gap is over.
 const LOOK: Duration = Duration::from_millis(20);
@@ -92,7 +94,9 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         survey.cycles,
         txt.port()
     ))?;
-    let same = serve(&txt, &player, &interrupted, args.once)?;
+    let mut printer = Printer::start()?;
+    let same = serve(&txt, &player, &interrupted, args.once, &mut printer);
+    printer.finish()?;
     anyhow::ensure!(same || !args.once, "the program did not do the same");
     Ok(())
 }
@@ -133,7 +137,8 @@ fn serve(
     player: &Mutex<Player>,
     interrupted: &Receiver<()>,
     once: bool,
-) -> anyhow::Result<bool> {
+    printer: &mut Printer,
+) -> bool {
     // Exchanges before the present connection. Without an exchange it was only asked who is there.
     let mut before = 0;
     let mut has_left = false;
@@ -145,9 +150,9 @@ fn serve(
             before = exchanges;
             lock(player).leave(exchanges);
         }
-        for (program, run) in lock(player).take_left() {
-            show(&program, &run)?;
-        }
+        // Without the lock, for which the next program waits.
+        let left = lock(player).take_left();
+        left.iter().for_each(|(program, run)| printer.leave(words(program, run)));
         has_left = leaves || has_left && !connected;
         let run = lock(player).run().clone();
         if run.back_at.is_some_and(|back_at| back_at <= Instant::now()) {
@@ -155,43 +160,39 @@ fn serve(
             lock(player).is_back();
         }
         if once && has_left && run.at_end && run.back_at.is_none() {
-            return Ok(!run.differs);
+            return !run.differs;
         }
         match interrupted.recv_timeout(LOOK) {
-            Err(RecvTimeoutError::Timeout) => {}
-            _ => return Ok(!run.differs),
+            Err(RecvTimeoutError::Timeout) if !printer.is_over() => {}
+            _ => return !run.differs,
         }
     }
 }
 
-/// Says how a program did when it has left.
-fn show(program: &Program, run: &Run) -> anyhow::Result<()> {
+/// How a program did when it has left.
+fn words(program: &Program, run: &Run) -> String {
     let to_come = if run.at_end { "" } else { "; the recording goes on" };
-    match (&program.first_difference, &program.other_stop) {
-        (None, None) => print::line(format_args!(
-            "The program has left after {} recorded cycles. It did the same{to_come}.",
-            program.cycles
-        ))?,
-        (None, Some(stop)) => print::line(format_args!(
-            "The program has left after {} recorded cycles. It did the same, but stopped the motors otherwise: in \
-             cycle {} {}{to_come}.",
-            program.cycles, stop.cycle, stop.what
-        ))?,
-        (Some(first), _) => print::line(format_args!(
-            "The program has left after {} recorded cycles. Its outputs first differed in cycle {}, \
-             {:.2} s after the beginning: {}{to_come}.",
-            program.cycles,
+    let did = match (&program.first_difference, &program.other_stop) {
+        (None, None) => "It did the same".to_owned(),
+        (None, Some(stop)) => format!(
+            "It did the same, but stopped the motors otherwise: in cycle {} {}",
+            stop.cycle, stop.what
+        ),
+        (Some(first), _) => format!(
+            "Its outputs first differed in cycle {}, {:.2} s after the beginning: {}",
             first.cycle,
             first.at.as_secs_f64(),
             first.what
-        ))?,
-    }
-    match &run.error {
-        Some(error) => {
-            print::line(format_args!("The recording could not be read to its end: {error:#}"))
-        }
-        None => Ok(()),
-    }
+        ),
+    };
+    let error = run.error.as_ref();
+    let error =
+        error.map(|error| format!("\nThe recording could not be read to its end: {error:#}"));
+    format!(
+        "The program has left after {} recorded cycles. {did}{to_come}.{}",
+        program.cycles,
+        error.unwrap_or_default()
+    )
 }
 
 fn parse_version(text: &str) -> Option<FirmwareVersion> {
