@@ -2,7 +2,7 @@
 #![allow(unreachable_pub, reason = "the linker exports it")]
 
 use std::slice;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::channel::Receiver;
 use ft_transfer_area::{CameraFrame, CameraOptions, Error, PowerLine};
@@ -13,7 +13,7 @@ use crate::report;
 /// Bytes after each picture that belong to the program, too: the kits' samples write the end marker there.
 const SPARE: usize = 16;
 
-/// How long a frame may take, with the camera's start before it.
+/// How long a picture may take, with the camera's start before it.
 const FRAME_LIMIT: Duration = Duration::from_secs(10);
 
 /// The options for what both kits' `StartCamera` is given: width, height, frames per second, frequency of the
@@ -46,15 +46,34 @@ pub(crate) struct Buffer(Vec<u8>);
 
 impl Buffer {
     /// Waits for the next frame that is a picture, and takes it in, repaired. Returns where the program finds
-    /// it, and its size; `None` when no more frames come, or none in time.
+    /// it, and its size; `None` when no more frames come, or no picture in time.
     pub(crate) fn next(&mut self, frames: &Receiver<CameraFrame>) -> Option<(*mut u8, usize)> {
-        loop {
-            match self.fill(&frames.recv_timeout(FRAME_LIMIT).ok()?) {
+        self.next_within(FRAME_LIMIT, frames)
+    }
+
+    fn next_within(
+        &mut self,
+        limit: Duration,
+        frames: &Receiver<CameraFrame>,
+    ) -> Option<(*mut u8, usize)> {
+        let deadline = Instant::now() + limit;
+        let mut wrong = None;
+        while let Ok(frame) = frames.recv_deadline(deadline) {
+            match self.fill(&frame) {
                 // The next frame is a better one.
-                Err(error) => log::debug!("a frame of the camera is left out: {error:#}"),
+                Err(error) => wrong = Some(error),
                 Ok(filled) => return Some(filled),
             }
+            // Frames that wait are received after it, too.
+            if Instant::now() >= deadline {
+                break;
+            }
         }
+        if let Some(error) = wrong {
+            let why = format!("no frame of the camera was a picture for {limit:?}: {error:#}");
+            report::failure_in_loop(why);
+        }
+        None
     }
 
     fn fill(&mut self, frame: &CameraFrame) -> Result<(*mut u8, usize), Error> {
@@ -111,4 +130,33 @@ pub unsafe extern "C" fn ft_jpeg_decode(
         }
         1
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::thread;
+
+    use crossbeam_channel::bounded;
+
+    use super::*;
+
+    #[test]
+    fn frames_that_are_no_pictures_do_not_prolong_the_wait_for_one() {
+        let (sender, frames) = bounded(1);
+        let is_over = AtomicBool::new(false);
+        let deadline = Instant::now() + Duration::from_secs(30);
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                while !is_over.load(Ordering::Relaxed) && Instant::now() < deadline {
+                    let _ = sender.try_send(CameraFrame::new(vec![0; 100]));
+                    thread::sleep(Duration::from_millis(1));
+                }
+            });
+            let limit = Duration::from_millis(100);
+            assert!(Buffer::default().next_within(limit, &frames).is_none());
+            is_over.store(true, Ordering::Relaxed);
+        });
+        assert!(Instant::now() < deadline, "it has waited as long as frames came");
+    }
 }

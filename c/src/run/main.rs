@@ -20,6 +20,7 @@ mod inputs;
 mod key;
 mod kind;
 mod language;
+mod lines;
 mod link;
 mod missing;
 mod online;
@@ -46,7 +47,6 @@ use std::process::{self, ExitCode};
 use std::thread::JoinHandle;
 
 use child::Ended;
-use env_logger::Env;
 use folder::BuildFolder;
 use options::{Options, HELP};
 
@@ -69,12 +69,8 @@ fn pass_on(words: &[u8]) {
     let _ = signals::while_writing(|| io::stderr().lock().write_all(words));
 }
 
-/// What is logged unless `RUST_LOG` says more: what a program does that a TXT accepts, but no correct program does. That
-/// no I2C device answers is said to the program, or by it.
-const LOG: &str = "warn,ft_transfer_area_simulator::i2c=error";
-
 fn main() -> ExitCode {
-    env_logger::Builder::from_env(Env::default().default_filter_or(LOG)).init();
+    let log = lines::begin();
     match Options::parse(env::args_os()) {
         Ok(None) => {
             // Nobody misses what can't be written.
@@ -83,8 +79,12 @@ fn main() -> ExitCode {
         }
         Ok(Some(options)) => match run(&options) {
             // Programs on Windows have longer ones than an `ExitCode` can be.
-            Ok(status) => process::exit(status),
+            Ok(status) => {
+                log.finish();
+                process::exit(status)
+            }
             Err(error) => {
+                log.finish();
                 say(&format!("{error:#}"));
                 ExitCode::FAILURE
             }

@@ -1,6 +1,7 @@
 //! Programs whose output nobody reads, as at a paused terminal: they still end, with their motors off.
 
 use std::fs::{self, File};
+use std::io::Write;
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::path::Path;
 use std::process::{Child, Stdio};
@@ -164,4 +165,44 @@ fn the_motors_stop_before_the_message_of_an_assertion_or_an_exception() {
     with_full_errors(&[], "-DPERROR", |_| {});
     with_full_errors(&["-x", "c++"], "-DCHECK", |_| {});
     with_full_errors(&["-x", "c++"], "-DVIRTUAL", |_| {});
+}
+
+/// Beside the first sentence there is no room for what it logs.
+#[test]
+fn the_simulated_txt_of_tx_run_answers_when_nobody_reads_what_it_logs() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("quiet.c");
+    let text = r#"
+        #include "ftMscLib.h"
+        #include "ftErrCode.h"
+        int main(void) {
+            DWORD error, failed = 0;
+            int times;
+            HANDLE device;
+            ftxInitLib();
+            device = ftxOpenComDevice("COM4", 38400, &error);
+            for (times = 0; times < 8 && !failed; times++) {
+                failed = ftxStartTransferArea(device);
+                SetOutMotorValues(device, 0, 0, 300, 0);
+                ftxStopTransferArea(device);
+            }
+            return failed ? 3 : 0;
+        }
+    "#;
+    fs::write(&source, text).unwrap();
+    let [read, mut write] = pipe();
+    write.write_all(&[0; (64 << 10) - 400]).unwrap();
+    let mut command = tx_run(&["--world", "none"]);
+    let mut child = command
+        .arg(&source)
+        .env("RUST_LOG", "info")
+        .stderr(write.try_clone().unwrap())
+        .spawn()
+        .unwrap();
+    wait_for_end(&mut child);
+    assert!(waiting(&read) > (64 << 10) - 400, "it has said nothing");
+    assert_eq!(child.wait().unwrap().code(), Some(0));
 }
