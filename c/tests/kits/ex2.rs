@@ -84,8 +84,11 @@ fn calls_do_what_they_say_and_refuse_what_they_can_not() {
     running.expect("calls");
     wait_duty(&txt, 0, 200);
     wait_duty(&txt, 4, 300);
-    let config = txt.with_machine(|machine| machine.controllers[0].config);
-    assert_eq!((*config.motor, config.uni[6].mode), ([1, 1, 0, 1], 3));
+    // What it waits for itself, I7 may have shown before.
+    wait_until(&txt, "the configuration", |machine| {
+        let config = &machine.controllers[0].config;
+        (*config.motor, config.uni[6].mode) == ([1, 1, 0, 1], 3)
+    });
     set_input(&txt, 7, 1);
     running.end().well();
     wait_offline(&txt);
