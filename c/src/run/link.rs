@@ -51,7 +51,9 @@ pub(crate) fn link(
     if !cfg!(windows) {
         let beside = inputs.archives.iter().map(|archive| folder_of(archive));
         let folders = options.library_folders.iter().map(PathBuf::as_path).chain(beside);
-        for folder in [own].into_iter().chain(folders) {
+        // The own one has what the system puts there, too, when this program is installed. So those that were named come
+        // first; the library itself is named by its path where the system keeps that.
+        for folder in folders.chain([own]) {
             // Behind `-Wl` a comma would be the end of the path.
             command.args(["-Xlinker", "-rpath", "-Xlinker"]).arg(std::path::absolute(folder)?);
         }

@@ -50,7 +50,7 @@ fn find(parts: &[&str], folder: &Path, depth: usize, left: &mut usize) -> Option
         *left = left.checked_sub(1)?;
         let name = entry.file_name().to_string_lossy().into_owned();
         if parts.first().is_some_and(|first| name.eq_ignore_ascii_case(first)) {
-            found |= leads_to_file(&parts[1..], &entry.path());
+            found |= leads_to_file(&parts[1..], &entry.path(), left);
         }
         let is_folder = entry.file_type().is_ok_and(|it| it.is_dir()) && !name.starts_with('.');
         if is_folder && depth > 0 {
@@ -71,12 +71,20 @@ fn find(parts: &[&str], folder: &Path, depth: usize, left: &mut usize) -> Option
     below.iter().find_map(|folder| find(parts, folder, depth - 1, left))
 }
 
-fn leads_to_file(parts: &[&str], place: &Path) -> bool {
+fn leads_to_file(parts: &[&str], place: &Path, left: &mut usize) -> bool {
     let [first, rest @ ..] = parts else { return place.is_file() };
-    let entries = fs::read_dir(place).into_iter().flatten().flatten();
-    let mut named =
-        entries.filter(|entry| entry.file_name().to_string_lossy().eq_ignore_ascii_case(first));
-    named.any(|entry| leads_to_file(rest, &entry.path()))
+    for entry in fs::read_dir(place).into_iter().flatten().flatten() {
+        // Of links that lead back there are more with each part.
+        if *left == 0 {
+            return false;
+        }
+        *left -= 1;
+        let is_named = entry.file_name().to_string_lossy().eq_ignore_ascii_case(first);
+        if is_named && leads_to_file(rest, &entry.path(), left) {
+            return true;
+        }
+    }
+    false
 }
 
 /// What to do about functions that a linker has not found. `named` are the sources that it was made of.
@@ -200,6 +208,18 @@ mod tests {
         assert_eq!(found("../line/two.h"), Some(at("deps/include")));
         assert_eq!(found("three.h"), None);
         assert!(advice_for_header("three.h", &main).contains("-I"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_that_lead_back_are_followed_for_a_while() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a", "A"] {
+            std::os::unix::fs::symlink(".", folder.path().join(name)).unwrap();
+        }
+        let main = write(folder.path(), "main.c", "");
+        assert_eq!(folder_with(&("a/".repeat(60) + "none.h"), &main), None);
+        assert!(folder_with(&("a/".repeat(5) + "main.c"), &main).is_some());
     }
 
     #[test]

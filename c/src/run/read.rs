@@ -5,7 +5,7 @@ use std::io::{self, Read};
 use std::path::Path;
 
 /// Far more than a source has with all its headers.
-const MOST: usize = 100 << 20;
+pub(crate) const MOST: usize = 100 << 20;
 
 /// Reads a file.
 pub(crate) fn file(path: &Path) -> io::Result<Vec<u8>> {

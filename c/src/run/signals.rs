@@ -1,9 +1,11 @@
 //! Signals to this process, which compilers and the program get too.
 
+use std::io::{self, Read};
 use std::process::{self, Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::Duration;
-use std::{io, thread};
+use std::sync::mpsc::{sync_channel, RecvTimeoutError, SyncSender};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use crate::{read, Sentence};
 
@@ -84,7 +86,7 @@ pub(crate) fn output_of(command: &mut Command) -> Result<Output, Sentence> {
         }
         let status = child.wait();
         stop_passing_on(id);
-        let (stdout, stderr) = texts?;
+        let [stdout, stderr] = texts?;
         Ok(Output { status: status?, stdout, stderr })
     };
     let output = run();
@@ -95,17 +97,56 @@ pub(crate) fn output_of(command: &mut Command) -> Result<Output, Sentence> {
     })
 }
 
-/// Reads what a compiler writes to both outputs.
-fn read_texts(child: &mut Child) -> io::Result<(Vec<u8>, Vec<u8>)> {
-    let (out, errors) = (child.stdout.take(), child.stderr.take());
-    let (mut text, mut said) = (Vec::new(), Vec::new());
-    thread::scope(|scope| {
-        let read_errors = || errors.map_or(Ok(()), |errors| read::more(errors, &mut said));
-        let reader = thread::Builder::new().spawn_scoped(scope, read_errors)?;
-        out.map_or(Ok(()), |out| read::more(out, &mut text))?;
-        reader.join().unwrap_or_else(|_| Err(io::ErrorKind::Other.into()))
-    })?;
-    Ok((text, said))
+/// Reads what a compiler writes to both outputs, until it has ended: what it has started may go on with them.
+fn read_texts(child: &mut Child) -> io::Result<[Vec<u8>; 2]> {
+    const LOOK: Duration = Duration::from_millis(20);
+    const LAST_WORDS: Duration = Duration::from_secs(1);
+    let (sender, parts) = sync_channel(16);
+    let out = child.stdout.take().map(|it| Box::new(it) as Box<dyn Read + Send>);
+    let errors = child.stderr.take().map(|it| Box::new(it) as Box<dyn Read + Send>);
+    for (which, output) in [out, errors].into_iter().enumerate() {
+        let (output, sender) = (output.into_iter(), sender.clone());
+        let read = move || output.for_each(|output| read_parts(output, which, &sender));
+        thread::Builder::new().spawn(read)?;
+    }
+    drop(sender);
+    let mut texts = [Vec::new(), Vec::new()];
+    let (mut looked, mut ended) = (Instant::now(), None);
+    while ended.is_none_or(|ended: Instant| ended.elapsed() < LAST_WORDS) {
+        match parts.recv_timeout(LOOK) {
+            Ok((which, part)) => texts[which].extend_from_slice(&part?),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        if texts.iter().any(|text| text.len() > read::MOST) {
+            return Err(io::ErrorKind::FileTooLarge.into());
+        }
+        if ended.is_none() && looked.elapsed() >= LOOK {
+            looked = Instant::now();
+            ended = child.try_wait()?.map(|_| looked);
+        }
+    }
+    Ok(texts)
+}
+
+/// Reads one of the outputs until its end, or until nobody wants more.
+fn read_parts(
+    mut output: impl Read,
+    which: usize,
+    parts: &SyncSender<(usize, io::Result<Vec<u8>>)>,
+) {
+    let mut bytes = vec![0; 64 << 10];
+    loop {
+        let read = match output.read(&mut bytes) {
+            Ok(0) => return,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            read => read.map(|size| bytes[..size].to_vec()),
+        };
+        let is_over = read.is_err();
+        if parts.send((which, read)).is_err() || is_over {
+            return;
+        }
+    }
 }
 
 /// What a program on Windows has crashed with, or was ended by. There it is the exit status: an NTSTATUS.

@@ -1,5 +1,12 @@
 //! Programs as they are found: with old headers, other spellings, in several files, in C++.
 
+#[cfg(target_os = "linux")]
+use std::path::Path;
+#[cfg(target_os = "linux")]
+use std::process::Command;
+
+#[cfg(target_os = "linux")]
+use super::support::cache;
 use super::support::{has_compiler, tx_run, txt, wait_for, write, Ended, Run};
 
 /// Runs these files, the names of which are relative to the folder in which `tx_run` is started.
@@ -505,4 +512,58 @@ fn a_folder_for_libraries_may_have_a_comma_in_its_name() {
         return;
     }
     run(&[("a.c", "int main(void) { return 0; }\n")], &["a.c", "-L", "left,right"]).well();
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_compiler_that_leaves_something_running_is_not_waited_for() {
+    use std::os::unix::fs::PermissionsExt;
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let (script, left) = (folder.path().join("compiler"), folder.path().join("left"));
+    let text =
+        format!("#!/bin/sh\nsleep 1000 &\necho $! >> '{}'\nexec cc \"$@\"\n", left.display());
+    std::fs::write(&script, text).unwrap();
+    std::fs::set_permissions(&script, std::fs::Permissions::from_mode(0o755)).unwrap();
+    write(folder.path(), "three.c", "int main(void) { return 3; }\n");
+    let mut command = tx_run(&["--world", "none"]);
+    command.arg(folder.path().join("three.c")).env("CC", &script);
+    let ended = Run::start(&mut command).end();
+    assert_eq!(ended.status, Some(3), "{ended:?}");
+    for number in std::fs::read_to_string(left).unwrap().lines() {
+        assert!(Command::new("kill").arg(number).status().unwrap().success());
+    }
+}
+
+/// The folder of the library may be that of the system's libraries.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_library_that_is_named_is_the_one_that_the_program_gets() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for name in ["bin", "lib", "named"] {
+        std::fs::create_dir(at(name)).unwrap();
+    }
+    let built = Path::new(env!("CARGO_BIN_EXE_tx_run"));
+    std::fs::copy(built, at("bin/tx_run")).unwrap();
+    let library = built.with_file_name("deps").join("libftMscLib.so");
+    std::fs::copy(library, at("lib/libftMscLib.so")).unwrap();
+    for (place, value) in [("lib", 1), ("named", 2)] {
+        write(folder.path(), "value.c", &format!("int value(void) {{ return {value}; }}\n"));
+        let mut command = Command::new("cc");
+        command.args(["-shared", "-fPIC", "-o"]).arg(at(place).join("libvalue.so"));
+        assert!(command.arg(at("value.c")).status().unwrap().success());
+    }
+    std::fs::remove_file(at("value.c")).unwrap();
+    write(folder.path(), "main.c", "int value(void);\nint main(void) { return value(); }\n");
+    let mut command = Command::new(at("bin/tx_run"));
+    command.args(["--world", "none", "-l", "value", "-L"]).arg(at("named")).arg(at("main.c"));
+    let command = command.env("XDG_CACHE_HOME", cache()).env_remove("FT_TXT_HOST");
+    let ended = Run::start(command).end();
+    assert_eq!(ended.status, Some(2), "{ended:?}");
 }

@@ -216,8 +216,7 @@ impl Survey {
             None => [&*self.device_name, &self.firmware, &self.address],
         };
         let now = [device_name, firmware, address.unwrap_or(before[2])];
-        let is_unknown = now == ["", "", before[2]];
-        if now == before || is_unknown {
+        if now == before {
             return;
         }
         let is_first = before == [""; 3];
@@ -305,17 +304,5 @@ mod tests {
         survey.note(&restored(1500), at);
         survey.note(&restored(3500), at);
         assert_eq!(survey.unusual[0].what, "away; it was back after 1.50 s");
-    }
-
-    #[test]
-    fn a_controller_that_was_not_asked_for_its_name_is_no_other_one() {
-        let mut survey = Survey::default();
-        for (name, address) in [("TXT", "a"), ("", "a"), ("", "b")] {
-            let began = json!({
-                "what": "began", "device_name": name, "firmware": name, "address": address, "areas": 1
-            });
-            survey.note(&serde_json::from_value(began).unwrap(), Duration::ZERO);
-        }
-        assert_eq!((&*survey.device_name, survey.later_controllers.len()), ("TXT", 1));
     }
 }
