@@ -126,6 +126,8 @@ static __inline__ void ExitProcess(UINT status)
 /* Events, locks and threads, for this process alone: their names are ignored. */
 #define INFINITE 0xFFFFFFFFU
 #define WAIT_OBJECT_0 0U
+#define WAIT_ABANDONED 0x80U
+#define WAIT_ABANDONED_0 0x80U
 #define WAIT_TIMEOUT 258U
 #define WAIT_FAILED 0xFFFFFFFFU
 #define STILL_ACTIVE 259U

@@ -3,9 +3,10 @@
 use std::collections::VecDeque;
 use std::ffi::{c_char, c_int, c_void};
 use std::io::{self, Write};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::OnceLock;
 
-use parking_lot::Mutex;
+use parking_lot::{Mutex, MutexGuard};
 
 use super::keys;
 use crate::exit;
@@ -13,6 +14,8 @@ use crate::ffi::{caught, text_of};
 
 /// What `_getch` returns when there are no keys any more.
 pub(super) const NO_KEYS: c_int = -1;
+/// How often who waits for a key looks whether another thread has read one.
+const LOOK_MS: c_int = 20;
 /// How long the rest of a key's sequence may take.
 const REST_OF_KEY_MS: c_int = 20;
 pub(super) const ESCAPE: u8 = 27;
@@ -67,29 +70,49 @@ pub(crate) extern "C" fn lines_again() {
     }
 }
 
-/// Reads what has come, waiting for at most this time; -1 waits until something comes. False when nothing did.
-fn read_keys(keys: &mut VecDeque<u8>, wait_ms: c_int) -> bool {
+/// What was read.
+#[derive(PartialEq)]
+enum Read {
+    Keys,
+    Nothing,
+    /// No more keys come.
+    End,
+}
+
+/// Waits for this time until something comes, or the input has ended.
+fn something_waits(wait_ms: c_int) -> bool {
     let mut input = libc::pollfd { fd: INPUT, events: libc::POLLIN, revents: 0 };
+    // SAFETY: the struct is there.
+    unsafe { libc::poll(&mut input, 1, wait_ms) == 1 }
+}
+
+/// Reads what has come, waiting for at most this time.
+fn read_keys(keys: &mut VecDeque<u8>, wait_ms: c_int) -> Read {
+    if !something_waits(wait_ms) {
+        return Read::Nothing;
+    }
     let mut bytes = [0; 64];
-    // SAFETY: the struct and the bytes are there.
-    let count = unsafe {
-        if libc::poll(&mut input, 1, wait_ms) != 1 {
-            return false;
+    // SAFETY: the bytes are there.
+    let count = unsafe { libc::read(INPUT, bytes.as_mut_ptr().cast(), bytes.len()) };
+    let count = match usize::try_from(count) {
+        Ok(0) => return Read::End,
+        Ok(count) => count,
+        Err(_) if io::Error::last_os_error().kind() == io::ErrorKind::Interrupted => {
+            return Read::Nothing;
         }
-        libc::read(INPUT, bytes.as_mut_ptr().cast(), bytes.len())
+        Err(_) => return Read::End,
     };
-    let Ok(count) = usize::try_from(count) else { return false };
     keys::note(&bytes[..count]);
     keys.extend(&bytes[..count]);
     keys.drain(..keys.len().saturating_sub(MOST_KEYS));
-    count > 0
+    Read::Keys
 }
 
 /// Reads what a terminal has, for those who ask whether a key is down.
 pub(super) fn read_terminal() {
     let mut keys = KEYS.lock();
     if single_keys() {
-        while read_keys(&mut keys, 0) {}
+        while read_keys(&mut keys, 0) == Read::Keys {}
     }
 }
 
@@ -154,21 +177,23 @@ fn key_waits() -> bool {
 }
 
 pub(super) fn next_key() -> c_int {
+    /// How many threads wait for a key.
+    static WAITING: AtomicUsize = AtomicUsize::new(0);
     let mut keys = KEYS.lock();
+    WAITING.fetch_add(1, Ordering::SeqCst);
     if keys.is_empty() {
         single_keys();
-        while keys.is_empty() {
-            if !read_keys(&mut keys, -1)
-                && io::Error::last_os_error().kind() != io::ErrorKind::Interrupted
-            {
-                break;
-            }
+        while keys.is_empty() && read_keys(&mut keys, 0) == Read::Nothing {
+            // Another thread may ask meanwhile whether a key is down, and read this one.
+            MutexGuard::unlocked(&mut keys, || something_waits(LOOK_MS));
         }
     }
     if keys.len() == 1 && keys[0] == ESCAPE {
         read_keys(&mut keys, REST_OF_KEY_MS);
     }
-    lines_again();
+    if WAITING.fetch_sub(1, Ordering::SeqCst) == 1 {
+        lines_again();
+    }
     take(&mut keys).unwrap_or(NO_KEYS)
 }
 

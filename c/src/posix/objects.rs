@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::ffi::{c_char, c_void};
+use std::mem;
 use std::ptr;
 use std::sync::LazyLock;
 use std::thread::{self, ThreadId};
@@ -17,6 +18,7 @@ const TRUE: i32 = 1;
 const FALSE: i32 = 0;
 const INFINITE: u32 = u32::MAX;
 const WAIT_OBJECT_0: u32 = 0;
+const WAIT_ABANDONED_0: u32 = 0x80;
 const WAIT_TIMEOUT: u32 = 258;
 const WAIT_FAILED: u32 = u32::MAX;
 /// No wait is for more.
@@ -25,10 +27,23 @@ const STILL_ACTIVE: u32 = 259;
 
 /// What a handle leads to.
 pub(super) enum Object {
-    Event { manual: bool, set: bool },
-    Mutex { owner: Option<ThreadId>, times: u32 },
-    Semaphore { count: i32, most: i32 },
-    Thread { code: Option<u32> },
+    Event {
+        manual: bool,
+        set: bool,
+    },
+    /// It is abandoned when the thread has ended that had it last.
+    Mutex {
+        owner: Option<ThreadId>,
+        times: u32,
+        abandoned: bool,
+    },
+    Semaphore {
+        count: i32,
+        most: i32,
+    },
+    Thread {
+        code: Option<u32>,
+    },
 }
 
 impl Object {
@@ -41,17 +56,50 @@ impl Object {
         }
     }
 
-    /// What a wait that has ended does.
-    fn take(&mut self) {
+    /// What a wait that has ended does. Returns whether it was for an abandoned lock.
+    fn take(&mut self) -> bool {
         match self {
             Self::Event { manual, set } => *set = *manual,
-            Self::Mutex { owner, times } => {
-                *owner = Some(thread::current().id());
+            Self::Mutex { owner, times, abandoned } => {
+                OWNER.with(|thread| *owner = Some(thread.0));
                 *times += 1;
+                return mem::take(abandoned);
             }
             Self::Semaphore { count, .. } => *count -= 1,
             Self::Thread { .. } => {}
         }
+        false
+    }
+}
+
+/// A thread that may have locks. When it ends they are free: others wait for them with motors on.
+struct Owner(ThreadId);
+
+thread_local! {
+    static OWNER: Owner = Owner(thread::current().id());
+}
+
+/// Frees what this thread has.
+pub(super) fn free_locks() {
+    OWNER.with(Owner::free_all);
+}
+
+impl Drop for Owner {
+    fn drop(&mut self) {
+        self.free_all();
+    }
+}
+
+impl Owner {
+    fn free_all(&self) {
+        for object in OBJECTS.lock().all.values_mut() {
+            if let Object::Mutex { owner, times, abandoned } = object {
+                if *owner == Some(self.0) {
+                    (*owner, *times, *abandoned) = (None, 0, true);
+                }
+            }
+        }
+        CHANGED.notify_all();
     }
 }
 
@@ -112,12 +160,13 @@ fn wait(handles: &[usize], all: bool, milliseconds: u32) -> u32 {
             ready.truncate(1);
         }
         if !ready.is_empty() && (!all || ready.len() == handles.len()) {
+            let mut begin = WAIT_OBJECT_0;
             for index in &ready {
-                if let Some(object) = objects.all.get_mut(&handles[*index]) {
-                    object.take();
+                if objects.all.get_mut(&handles[*index]).is_some_and(Object::take) {
+                    begin = WAIT_ABANDONED_0;
                 }
             }
-            return WAIT_OBJECT_0 + if all { 0 } else { ready[0] as u32 };
+            return begin + if all { 0 } else { ready[0] as u32 };
         }
         match end {
             None => CHANGED.wait(&mut objects),
@@ -177,7 +226,7 @@ pub extern "C" fn ResetEvent(event: Handle) -> i32 {
 #[no_mangle]
 pub extern "C" fn CreateMutexA(_security: *mut c_void, owned: i32, _name: *const c_char) -> Handle {
     caught(ptr::null_mut(), || {
-        let mut mutex = Object::Mutex { owner: None, times: 0 };
+        let mut mutex = Object::Mutex { owner: None, times: 0, abandoned: false };
         if owned != FALSE {
             mutex.take();
         }
@@ -200,7 +249,7 @@ pub extern "C" fn CreateMutexW(
 pub extern "C" fn ReleaseMutex(mutex: Handle) -> i32 {
     caught(FALSE, || {
         truth(change(mutex, |object| {
-            let Object::Mutex { owner, times } = object else { return None };
+            let Object::Mutex { owner, times, .. } = object else { return None };
             if *owner != Some(thread::current().id()) {
                 return None;
             }

@@ -5,7 +5,7 @@ use std::ptr;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread::{self, JoinHandle};
 
-use super::objects::{add, change, close, Handle, Object};
+use super::objects::{add, change, close, free_locks, Handle, Object};
 use crate::ffi::caught;
 use crate::inside;
 
@@ -46,6 +46,7 @@ fn start(
         let _stack = crate::exit::Stack::give();
         let _ = tell.send(GetCurrentThreadId());
         let code = inside::of_program(|| run(argument.get()));
+        free_locks();
         let handle = ptr::without_provenance_mut(number);
         change(handle, |object| {
             let Object::Thread { code: its } = object else { return None };

@@ -4,6 +4,8 @@
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use super::compilers::{self, Compiler, Language};
 use super::exports::folder;
@@ -13,7 +15,7 @@ const THREADS: &str = r#"
 #include <windows.h>
 #include <process.h>
 #define EXPECT(condition) if (!(condition)) return __LINE__
-static HANDLE begin, done;
+static HANDLE begin, done, mutex;
 static CRITICAL_SECTION section;
 static int sum;
 static void add(void *argument)
@@ -36,6 +38,7 @@ static void once(void *argument)
 static DWORD __stdcall with_code(LPVOID argument)
 {
     add(argument);
+    WaitForSingleObject(mutex, INFINITE);
     return 7;
 }
 int main(void)
@@ -48,6 +51,7 @@ int main(void)
     DWORD ticks = GetTickCount();
     begin = CreateEvent(NULL, TRUE, FALSE, TEXT("begin"));
     done = CreateEvent(NULL, FALSE, FALSE, NULL);
+    mutex = CreateMutex(NULL, FALSE, NULL);
     InitializeCriticalSection(&section);
     EXPECT(begin && done && begin != done);
     EXPECT(WaitForSingleObject(done, 0) == WAIT_TIMEOUT);
@@ -60,6 +64,8 @@ int main(void)
     EXPECT(WaitForMultipleObjects(2, all, TRUE, INFINITE) == WAIT_OBJECT_0);
     EXPECT(sum == 2000);
     EXPECT(GetExitCodeThread(thread, &code) && code == 7);
+    /* The thread has ended with it. */
+    EXPECT(WaitForSingleObject(mutex, 0) == WAIT_ABANDONED && WaitForSingleObject(mutex, 0) == WAIT_OBJECT_0);
     EXPECT(WaitForMultipleObjects(2, all, FALSE, 0) == WAIT_OBJECT_0);
     EXPECT(WaitForSingleObject(done, 0) == WAIT_TIMEOUT);
     EXPECT(WaitForSingleObject(begin, 0) == WAIT_OBJECT_0);
@@ -203,6 +209,80 @@ fn pause_waits_for_a_line_and_takes_no_more() {
         assert_eq!(String::from_utf8_lossy(&output.stdout), said, "{input:?}");
         assert!(output.stderr.is_empty());
     }
+}
+
+/// A thread waits for keys, and main only asks.
+const ASKS: &str = r#"
+#include <conio.h>
+#include <process.h>
+#include <windows.h>
+static void menu(void *unused)
+{
+    while (_getch() != -1)
+        ;
+}
+int main(void)
+{
+    int times;
+    DWORD waiting = 0;
+    _beginthread(menu, 0, NULL);
+    for (times = 0; times < 10; times++) {
+        Sleep(10);
+        if ((GetAsyncKeyState(VK_SPACE) & 0x8000) || _kbhit() || !GetNumberOfConsoleInputEvents(NULL, &waiting) && waiting)
+            return 1;
+    }
+    return 0;
+}
+"#;
+
+/// Signals interrupt what waits for a key until there are none.
+const INTERRUPTED: &str = r#"
+#include <conio.h>
+#include <signal.h>
+#include <sys/time.h>
+static void on_alarm(int signal)
+{
+}
+int main(void)
+{
+    struct itimerval often = {{0, 5000}, {0, 5000}};
+    signal(SIGALRM, on_alarm);
+    setitimer(ITIMER_REAL, &often, NULL);
+    return _getch() == -1 ? 0 : 1;
+}
+"#;
+
+/// Waits for the end of a program whose input stays open for this time.
+fn ends_with_input_for(source: &str, time: Duration) {
+    let Some(mut program) = built(source) else { return };
+    let mut child = program.stdin(Stdio::piped()).spawn().unwrap();
+    let mut input = child.stdin.take();
+    let begun = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
+        }
+        if begun.elapsed() > time {
+            input = None;
+        }
+        if begun.elapsed() > time.min(Duration::from_secs(1)) + Duration::from_secs(30) {
+            child.kill().unwrap();
+            panic!("it does not end");
+        }
+        thread::sleep(Duration::from_millis(10));
+    };
+    assert!(status.success(), "{status}");
+    drop(input);
+}
+
+#[test]
+fn a_thread_that_waits_for_a_key_holds_up_nobody_who_only_asks() {
+    ends_with_input_for(ASKS, Duration::from_secs(60));
+}
+
+#[test]
+fn the_end_of_the_input_is_seen_also_when_signals_come() {
+    ends_with_input_for(INTERRUPTED, Duration::from_millis(200));
 }
 
 /// Keys also come from a file or another program; without any, none waits.

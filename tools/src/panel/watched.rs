@@ -235,8 +235,8 @@ impl Watched {
         let phase = self.phase();
         let i2c = self.i2c.as_ref().map(|last| I2cState {
             device: last.device,
-            written: last.written.clone(),
-            read: last.read.clone(),
+            written: first(&last.written),
+            read: last.read.as_deref().map(first),
         });
         let (answer, commands, shut) = (self.answers.state(), self.commands, self.gate.is_shut());
         let watched = WatchedState { answer, commands, i2c, shut };
@@ -364,6 +364,13 @@ impl Answers {
 /// Milliseconds, to the microsecond.
 fn millis(time: Duration) -> f64 {
     time.as_micros() as f64 / 1e3
+}
+
+/// What a page shows of the bytes of I2C: a state with all of them could be longer than what may wait for a page.
+fn first(bytes: &[u8]) -> Vec<u8> {
+    /// A controller answers no more at once.
+    const SHOWN: usize = 1024;
+    bytes[..bytes.len().min(SHOWN)].to_vec()
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Shows the camera's pictures in a browser, one browser at a time.
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::Duration;
 
@@ -32,7 +32,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn show(mut browser: TcpStream, frames: &Receiver<CameraFrame>) -> std::io::Result<()> {
     browser.set_read_timeout(Some(Duration::from_secs(1)))?;
     browser.set_write_timeout(Some(Duration::from_secs(5)))?;
-    for line in BufReader::new(&browser).lines() {
+    // No request is longer.
+    for line in BufReader::new(browser.try_clone()?.take(8192)).lines() {
         if line?.is_empty() {
             break; // the end of the request; what it asks for does not matter
         }
