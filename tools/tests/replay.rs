@@ -1,9 +1,6 @@
 //! `txt replay`: a program decides and ends as in its recording.
 
-use std::io::{BufRead, BufReader};
-use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
@@ -16,9 +13,8 @@ use ft_transfer_area_recorder::{Options, Recorded, Recorder, Recording, Transfer
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
-use crate::ending;
 use crate::recording::{in_folder, run, said, txt, DEADLINE};
-use crate::running::{end, wait_for, Running};
+use crate::running::Running;
 
 /// What a program decides, and in which hundredth of a second.
 type Decisions = Vec<(u16, String)>;
@@ -434,25 +430,24 @@ fn recorded_pictures_come_again() {
 #[cfg(unix)]
 #[test]
 fn an_output_that_nobody_reads_holds_up_no_program() {
+    use std::io::{BufRead, BufReader, Write};
+
+    use crate::{ending, running};
+
     let folder = tempfile::tempdir().unwrap();
     let path = in_folder(&folder, "run.mcap");
     let recorded = record(&path, None, 1);
-    let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
-    let start = |output: Stdio| {
-        let arguments = ["replay", &path, "--port", &port.to_string(), "--fast"];
-        txt(&arguments).stdout(output).spawn().unwrap()
-    };
-    // With room for the first line alone.
-    let mut child = start(Stdio::piped());
+    let (_path, mut pipe) = ending::pipe(&folder, 64 << 10);
+    let mut command = txt(&["replay", &path, "--port", "0", "--fast"]);
+    let mut child = command.stdout(pipe.try_clone().unwrap()).spawn().unwrap();
     let mut line = String::new();
-    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-    end(&mut child);
-    let (_path, pipe) = ending::pipe(&folder, line.len());
-    let mut child = start(pipe.try_clone().unwrap().into());
-    let connect = || TcpStream::connect(("127.0.0.1", port)).is_ok();
-    wait_for("it listens", connect);
+    BufReader::new(&pipe).read_line(&mut line).unwrap();
+    let port = line.split("127.0.0.1:").nth(1).and_then(|rest| rest.split('.').next());
+    let port = port.unwrap_or_else(|| panic!("{line:?} has no port")).parse().unwrap();
+    // From now on it takes no more.
+    pipe.write_all(&[0; 64 << 10]).unwrap();
     for _ in 0..3 {
         assert_eq!(program(&handler(port), DUTY_MAX), recorded[0]);
     }
-    end(&mut child);
+    running::end(&mut child);
 }
