@@ -104,8 +104,9 @@ int main(int argc, char **argv)
 {
     const int workpieces = argc > 1 ? std::atoi(argv[1]) : 3;
     return run([&] {
-        Controller controller;
+        // Its end may wait for the broker, so it is after that of the controller.
         Messages messages("gripper_robot");
+        Controller controller;
         const auto wait = [&](const std::string &station, const std::string &state) {
             wait_for(station + ": " + state, 300, [&] { return messages.state_of(station) == state; });
         };

@@ -112,8 +112,9 @@ int main(int argc, char **argv)
     return run([&] {
         const bool ordered = argc < 2 || std::isdigit(argv[1][0]);
         const int count = argc < 2 ? INT_MAX : ordered ? std::atoi(argv[1]) : argc - 1;
-        Controller controller;
+        // Its end may wait for the broker, so it is after that of the controller.
         Messages messages("high_bay_warehouse");
+        Controller controller;
         Warehouse warehouse(controller.area(LOCAL_IO));
         warehouse.find_places();
         messages.tell("ready");

@@ -102,8 +102,9 @@ int main(int argc, char **argv)
 {
     const int workpieces = argc > 1 ? std::atoi(argv[1]) : 1;
     return run([&] {
-        Controller controller;
+        // Its end may wait for the broker, so it is after that of the controller.
         Messages messages("processing_station");
+        Controller controller;
         ProcessingStation station(controller.area(LOCAL_IO), controller.area(REMOTE_IO_1));
         station.find_places();
         messages.tell("ready");

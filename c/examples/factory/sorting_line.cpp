@@ -80,8 +80,9 @@ int main(int argc, char **argv)
 {
     const int discs = argc > 1 ? std::atoi(argv[1]) : 3;
     return run([&] {
-        Controller controller;
+        // Its end may wait for the broker, so it is after that of the controller.
         Messages messages("sorting_line");
+        Controller controller;
         SortingLine line(controller.area(LOCAL_IO));
         messages.tell("ready");
         for (int disc = 0; disc < discs; disc++) {

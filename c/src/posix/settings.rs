@@ -92,6 +92,10 @@ fn change(lines: &mut Lines, section: &[u8], key: Option<&[u8]>, value: Option<&
 /// The lines of a file. One that is not there has none.
 fn read(file: &str) -> io::Result<Lines> {
     let mut text = Vec::new();
+    // A pipe may never have an end, and motors are on meanwhile.
+    if fs::metadata(file).is_ok_and(|it| !it.is_file()) {
+        return Err(io::ErrorKind::InvalidInput.into());
+    }
     match File::open(file) {
         Ok(file) => _ = file.take(LARGEST + 1).read_to_end(&mut text)?,
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}

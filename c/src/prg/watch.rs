@@ -23,10 +23,14 @@ const CALL_LOOKS: u32 = 250;
 const END_LOOKS: u32 = 5;
 /// How many looks the last exchange may last. Without it the connection closes, at which outputs may stay on.
 const LAST_EXCHANGE_LOOKS: u32 = 250;
+/// How many looks it has to write what is left, when nothing moves.
+const FLUSH_LOOKS: u32 = 250;
 
 /// Whether a program is watched, and whether it has called `exit` then.
 static WATCHES: AtomicBool = AtomicBool::new(false);
 static EXITS: AtomicBool = AtomicBool::new(false);
+/// Whether what it has written before is written.
+static FLUSHED: AtomicBool = AtomicBool::new(false);
 
 /// The program has called `exit`, or has ended well. What is to be done at its end runs in its thread, which
 /// may be in the middle of a call, so the watcher does the rest.
@@ -34,9 +38,11 @@ extern "C" fn on_exit() {
     // Not in a child after `fork`, nor when the watcher is gone.
     let is_watched = !process::is_forked() && !exit::threads_are_gone();
     if is_watched && WATCHES.load(Ordering::Acquire) {
+        EXITS.store(true, Ordering::Release);
+        // It waits for threads that read or write just now.
         // SAFETY: a null pointer means all files.
         unsafe { libc::fflush(std::ptr::null_mut()) };
-        EXITS.store(true, Ordering::Release);
+        FLUSHED.store(true, Ordering::Release);
         thread::sleep(Duration::from_secs(5));
     }
 }
@@ -198,6 +204,11 @@ fn end(ender: &Thread, what: &[&str]) -> ! {
             break;
         }
         thread::sleep(LOOK);
+    }
+    let mut looks = 0;
+    while EXITS.load(Ordering::Acquire) && !FLUSHED.load(Ordering::Acquire) && looks < FLUSH_LOOKS {
+        thread::sleep(LOOK);
+        looks += 1;
     }
     keyboard::restore();
     let outputs = if RUN.ended.load(Ordering::Acquire) {

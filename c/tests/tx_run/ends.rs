@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::SimulatedTxt;
@@ -183,4 +183,46 @@ fn nothing_is_said_of_outputs_that_no_transfer_has_switched() {
         false => "alone was ended by SIGABRT (abort)",
     });
     assert!(!ended.err.contains("outputs"), "{}", ended.err);
+}
+
+/// `exit` waits for them.
+#[cfg(unix)]
+#[test]
+fn the_motors_stop_when_a_thread_calls_exit_while_another_one_reads() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("exits.c");
+    let text = r#"
+        #include <pthread.h>
+        #include <stdio.h>
+        #include <stdlib.h>
+        #include <unistd.h>
+        #include "ROBO_TX_PRG.h"
+        static volatile int turns;
+        static void *reads(void *unused) { getchar(); return unused; }
+        static void *exits(void *unused) { while (!turns) usleep(1000); exit(3); return unused; }
+        void PrgInit(TA *areas, int count) {
+            pthread_t thread;
+            pthread_create(&thread, NULL, reads, NULL);
+            usleep(100000);
+            pthread_create(&thread, NULL, exits, NULL);
+        }
+        int PrgTic(TA *areas, int count) {
+            areas[TA_LOCAL].output.duty[0] = 512;
+            turns = areas[TA_LOCAL].input.uni[0];
+            return 0x7FFF;
+        }
+    "#;
+    fs::write(&source, text).unwrap();
+    let txt = txt().start().unwrap();
+    let mut command = tx_run(&["--host", &txt.address().to_string()]);
+    let mut child = command.arg(&source).stdin(Stdio::piped()).spawn().unwrap();
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    txt.with_machine(|machine| machine.controllers[0].uni[0] = 1);
+    // Its input stays open.
+    wait_stopped(&txt);
+    child.kill().unwrap();
+    child.wait().unwrap();
 }
