@@ -29,5 +29,6 @@ mod results;
 mod sentences;
 mod session;
 mod supply;
+mod text_file;
 
 pub use msclib::report_version_of_ex;

@@ -12,15 +12,14 @@
 //! whichever controllers answer.
 
 use std::env;
-use std::fs::{self, File};
-use std::io::{self, Read};
+use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use ft_transfer_area::{find_controllers, ConnectionKind, SearchOptions};
 
 use crate::port_entries::entries;
-use crate::{host, online};
+use crate::{host, online, text_file};
 
 /// The file with COM ports.
 const FILE: &str = "ft_txt_ports";
@@ -78,7 +77,7 @@ impl Ports {
         for file in files() {
             match read(&file) {
                 Ok(text) => ports.add(&file.display().to_string(), &text),
-                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                Err(error) if error.kind() == ErrorKind::NotFound => {}
                 Err(error) => log::warn!("{} can't be read: {error}", file.display()),
             }
         }
@@ -213,17 +212,10 @@ fn files() -> Vec<PathBuf> {
     [Some(PathBuf::new()), user].into_iter().flatten().map(|folder| folder.join(FILE)).collect()
 }
 
-/// The text of a file. A device may have no end, and a pipe may never have one: a program that waits for it has motors on.
+/// The text of a file.
 fn read(path: &Path) -> io::Result<String> {
-    if !fs::metadata(path)?.is_file() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no file"));
-    }
-    let mut text = String::new();
-    File::open(path)?.take(MOST + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > MOST {
-        return Err(io::Error::new(io::ErrorKind::FileTooLarge, "it has more than 64 KiB"));
-    }
-    Ok(text)
+    let text = text_file::read(path, MOST)?;
+    String::from_utf8(text).map_err(|error| io::Error::new(ErrorKind::InvalidData, error))
 }
 
 #[cfg(test)]
@@ -250,8 +242,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         assert!(std::process::Command::new("mkfifo").arg(at("pipe")).status().unwrap().success());
-        fs::write(at("long"), "#".repeat(70_000)).unwrap();
-        fs::write(at("right"), "COM4=a").unwrap();
+        std::fs::write(at("long"), "#".repeat(70_000)).unwrap();
+        std::fs::write(at("right"), "COM4=a").unwrap();
         for (path, part) in [
             (Path::new("/dev/zero"), "no file"),
             (&at("pipe"), "no file"),
@@ -261,7 +253,7 @@ mod tests {
             assert!(error.contains(part), "{path:?}: {error}");
         }
         assert_eq!(read(&at("right")).unwrap(), "COM4=a");
-        assert_eq!(read(&at("none")).unwrap_err().kind(), io::ErrorKind::NotFound);
+        assert_eq!(read(&at("none")).unwrap_err().kind(), ErrorKind::NotFound);
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! Files with settings: lines of `key=value` below `[section]`.
 
 use std::ffi::{c_char, c_int, CStr};
-use std::fs::{self, File};
-use std::io::{self, Read};
+use std::{fs, io};
 
 use crate::ffi::{caught, text_of};
+use crate::text_file;
 
 /// A file with more is not read.
 const LARGEST: u64 = 1 << 20;
@@ -91,19 +91,10 @@ fn change(lines: &mut Lines, section: &[u8], key: Option<&[u8]>, value: Option<&
 
 /// The lines of a file. One that is not there has none.
 fn read(file: &str) -> io::Result<Lines> {
-    let mut text = Vec::new();
-    // A pipe may never have an end, and motors are on meanwhile.
-    if fs::metadata(file).is_ok_and(|it| !it.is_file()) {
-        return Err(io::ErrorKind::InvalidInput.into());
-    }
-    match File::open(file) {
-        Ok(file) => _ = file.take(LARGEST + 1).read_to_end(&mut text)?,
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-        Err(error) => return Err(error),
-    }
-    if text.len() as u64 > LARGEST {
-        return Err(io::ErrorKind::FileTooLarge.into());
-    }
+    let text = match text_file::read(file.as_ref(), LARGEST) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
+        read => read?,
+    };
     let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&text);
     let lines =
         text.split(|byte| *byte == b'\n').map(|line| line.strip_suffix(b"\r").unwrap_or(line));

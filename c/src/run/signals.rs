@@ -104,10 +104,9 @@ fn read_texts(child: &mut Child) -> io::Result<[Vec<u8>; 2]> {
     let (sender, parts) = sync_channel(16);
     let out = child.stdout.take().map(|it| Box::new(it) as Box<dyn Read + Send>);
     let errors = child.stderr.take().map(|it| Box::new(it) as Box<dyn Read + Send>);
-    for (which, output) in [out, errors].into_iter().enumerate() {
-        let (output, sender) = (output.into_iter(), sender.clone());
-        let read = move || output.for_each(|output| read_parts(output, which, &sender));
-        thread::Builder::new().spawn(read)?;
+    for (which, output) in [out, errors].into_iter().flatten().enumerate() {
+        let sender = sender.clone();
+        thread::Builder::new().spawn(move || read_parts(output, which, &sender))?;
     }
     drop(sender);
     let mut texts = [Vec::new(), Vec::new()];
