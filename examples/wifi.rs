@@ -154,11 +154,15 @@ fn switch_off_and_on(txt: SimulatedTxt, handler: &TransferAreaComHandler) {
     drop(txt);
     thread::sleep(Duration::from_secs(3));
     println!("[It is switched on again.]");
-    match SimulatedTxt::builder().port(port).world(World::default()).start() {
-        Ok(txt) => {
-            txt.wait_until(|machine| machine.exchanges() > 300, Duration::MAX);
-            let _ = handler.end_transfer();
+    let since = Instant::now();
+    let txt = loop {
+        match SimulatedTxt::builder().port(port).world(World::default()).start() {
+            Ok(txt) => break txt,
+            // Another program may have the port for a moment.
+            Err(_) if since.elapsed() < RECONNECT_LIMIT => thread::sleep(Duration::from_millis(50)),
+            Err(error) => return eprintln!("{error:#}"),
         }
-        Err(error) => eprintln!("{error:#}"),
-    }
+    };
+    txt.wait_until(|machine| machine.exchanges() > 300, Duration::MAX);
+    let _ = handler.end_transfer();
 }
