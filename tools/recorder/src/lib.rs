@@ -42,7 +42,7 @@ pub use part::value_names;
 #[doc(hidden)]
 pub use parts::parts_of;
 pub use parts::Parts;
-pub use reader::{Cycle, Entry, Recorded, Recording};
+pub use reader::{Cycle, Entry, Place, Recorded, Recording};
 pub use recorder::{FrameSink, Options, Recorder, Totals};
 
 /// The programs in the document and in the README are tested with the documentation.

@@ -59,6 +59,10 @@ pub struct Recording {
     at_end: bool,
 }
 
+/// A place in a recording, to come back to: the piece, of at most half a second, in which an entry was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Place(u64);
+
 /// An entry of a recording.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -145,8 +149,23 @@ impl Recording {
     /// The file can't be read again, as a pipe.
     pub fn rewind(&mut self) -> Result<(), Error> {
         let file = self.records.rewound().map_err(|cause| self.unreadable(cause))?;
-        *self = Self::of(self.path.clone(), file)?;
+        let again = Self::of(self.path.clone(), file)?;
+        // A place behind their descriptions may be next.
+        let channels = std::mem::take(&mut self.channels);
+        *self = Self { channels, ..again };
         Ok(())
+    }
+
+    /// Where the last entry is.
+    pub fn place(&self) -> Place {
+        Place(self.records.chunk())
+    }
+
+    /// Leaves out what is before a place that was reached earlier, without looking into it: what is wrong there is not
+    /// found. At the place, what comes first may be up to half a second older than the entry that was there. A place
+    /// before the present one changes nothing, and `None` goes to the end.
+    pub fn skip_to(&mut self, place: Option<Place>) {
+        self.records.skip_to(place.map_or(u64::MAX, |place| place.0));
     }
 
     fn of(path: PathBuf, file: File) -> Result<Self, Error> {

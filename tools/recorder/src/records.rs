@@ -31,6 +31,10 @@ pub(crate) struct Records<R> {
     source: Source<R>,
     place: Place,
     chunk: Chunk,
+    /// How many chunks were passed, with this one.
+    passed: u64,
+    /// As many are left out, if that is more.
+    left_out: u64,
 }
 
 /// Which part of the file is read.
@@ -76,7 +80,21 @@ impl Records<File> {
 
 impl<R: Read> Records<R> {
     pub(crate) fn of(file: R) -> Self {
-        Self { source: Source::of(file), place: Place::Beginning, chunk: Chunk::default() }
+        let (source, chunk) = (Source::of(file), Chunk::default());
+        Self { source, place: Place::Beginning, chunk, passed: 0, left_out: 0 }
+    }
+
+    /// The number of the chunk that is read, from 1.
+    pub(crate) fn chunk(&self) -> u64 {
+        self.passed
+    }
+
+    /// Leaves out all before the chunk with this number.
+    pub(crate) fn skip_to(&mut self, chunk: u64) {
+        if self.passed < chunk {
+            self.left_out = chunk - 1;
+            self.chunk = Chunk::default();
+        }
     }
 
     /// The next record.
@@ -90,13 +108,19 @@ impl<R: Read> Records<R> {
                 None => {}
             }
             match self.next_of_file()? {
-                Found::Record(op::CHUNK, data) => match Chunk::of(&data) {
-                    Ok(chunk) => self.chunk = chunk,
-                    Err(cause) => {
-                        let bytes = (RECORD_HEAD + data.len()) as u64;
-                        return Ok(Found::Damaged { bytes, cause });
+                Found::Record(op::CHUNK, data) => {
+                    self.passed += 1;
+                    if self.passed <= self.left_out {
+                        continue;
                     }
-                },
+                    match Chunk::of(&data) {
+                        Ok(chunk) => self.chunk = chunk,
+                        Err(cause) => {
+                            let bytes = (RECORD_HEAD + data.len()) as u64;
+                            return Ok(Found::Damaged { bytes, cause });
+                        }
+                    }
+                }
                 other => return Ok(other),
             }
         }

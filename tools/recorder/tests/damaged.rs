@@ -134,6 +134,31 @@ fn of_a_damaged_chunk_all_others_are_read_with_the_right_values() {
 }
 
 #[test]
+fn a_place_is_reached_without_looking_at_what_is_before() {
+    let mut sample = Sample::new();
+    let whole = sample.folder.path().join("run.mcap");
+    let mut recording = Recording::open(&whole).unwrap();
+    let mut last = None;
+    while let Some(entry) = recording.next() {
+        entry.unwrap();
+        last = Some(recording.place());
+    }
+    let middle = sample.chunks[2].start + sample.chunks[2].len() / 2;
+    sample.whole[middle] ^= 0x55;
+    fs::write(&whole, &sample.whole).unwrap();
+    recording.rewind().unwrap();
+    recording.skip_to(last);
+    let entries: Vec<_> = recording.by_ref().map(|entry| entry.unwrap()).collect();
+    assert!(recording.damage().is_none(), "{:?}", recording.damage());
+    assert!(!entries.is_empty() && sample.entries.ends_with(&words(&entries)));
+
+    recording.rewind().unwrap();
+    recording.skip_to(None);
+    assert!(recording.next().is_none());
+    assert!(!recording.is_cut_off());
+}
+
+#[test]
 fn wherever_a_byte_is_wrong_what_is_missing_is_told() {
     let sample = Sample::new();
     let chunk = sample.chunks[2].clone();

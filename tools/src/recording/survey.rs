@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{IZ_MOTOR, MAX_AREAS, MAX_EXTENSIONS};
 use ft_transfer_area::FishX1Transfer;
-use ft_transfer_area_recorder::{Column, Cycle, Error, Recorded, Recording, Transfer};
+use ft_transfer_area_recorder::{Column, Cycle, Error, Place, Recorded, Recording, Transfer};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -47,6 +47,9 @@ pub(crate) struct Survey {
     pub(super) outputs: [[bool; IZ_MOTOR]; MAX_AREAS],
     pub(crate) transfers: u64,
     pub(crate) cycles: u64,
+    /// Where cycles begin anew or end.
+    #[serde(skip)]
+    pub(super) bounds: Vec<Place>,
     /// Entries that are missing because the disk was too slow.
     pub(crate) lost: u64,
     pub(crate) shortest_cycle_ms: f64,
@@ -120,8 +123,12 @@ impl Survey {
         let mut measured = (0, Duration::ZERO);
         let mut transfers = Transfers::default();
         let mut unusual = Unusual::default();
-        for entry in recording.by_ref() {
+        let mut last_number = u64::MAX;
+        while let Some(entry) = recording.next() {
             let entry = entry?;
+            if is_bound(&entry.what, &mut last_number) {
+                survey.bounds.push(recording.place());
+            }
             progress.inc(1);
             survey.length = survey.length.max(entry.at);
             let moments = unusual.look(entry.at, &entry.what);
@@ -265,6 +272,20 @@ impl Survey {
             gap.what += "; it was back after ";
             gap.what += &print::seconds(Duration::from_millis(after_ms));
         }
+    }
+}
+
+/// Whether cycles begin anew with this entry, or end: numbers rise within a session.
+fn is_bound(what: &Recorded, last_number: &mut u64) -> bool {
+    match what {
+        Recorded::Cycle(cycle) => {
+            let last = mem::replace(last_number, cycle.number);
+            cycle.first || cycle.number <= last
+        }
+        Recorded::Transfer(transfer) => {
+            matches!(transfer, Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_))
+        }
+        _ => false,
     }
 }
 

@@ -79,9 +79,10 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
     lines::never_wait_to_log()?;
     let first_picture = survey.first_picture.clone();
-    let mut player = Player::new(recording, part.clone(), first_picture, !args.fast);
+    let bounds = survey.bounds.clone();
+    let mut player = Player::new(recording, bounds, part.clone(), first_picture, !args.fast);
     let file = args.file.display();
-    anyhow::ensure!(player.has_cycles()?, "{file} has no cycle in this time");
+    anyhow::ensure!(player.begin()?, "{file} has no cycle in this time");
     let (of_part, in_all) = match args.part.is_all() {
         true => (String::new(), ""),
         false => (of_part(&survey, &part), " in all"),
@@ -173,6 +174,7 @@ fn serve(
 fn words(program: &Program, run: &Run) -> String {
     let to_come = if run.at_end { "" } else { "; the recording goes on" };
     let did = match (&program.first_difference, &program.other_stop) {
+        (None, None) if program.cycles == 0 => "There was nothing to compare".to_owned(),
         (None, None) => "It did the same".to_owned(),
         (None, Some(stop)) => format!(
             "It did the same, but stopped the motors otherwise: in cycle {} {}",

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area_recorder::{
-    Cycle, Entry, Error, Failure, FailureKind, Recorded, Recording, Transfer,
+    Cycle, Entry, Error, Failure, FailureKind, Place, Recorded, Recording, Transfer,
 };
 use ft_transfer_area_simulator::{FaultKind, Machine};
 
@@ -20,8 +20,11 @@ const AFTER_ALL_ATTEMPTS: Duration = Duration::from_secs(1);
 /// Plays a recording, session after session.
 pub(super) struct Player {
     recording: Recording,
-    /// What is played of it.
+    /// Where its cycles begin anew or end, in order.
+    bounds: Vec<Place>,
+    /// What is played of it, and where that begins.
     part: Range<Duration>,
+    begin: Place,
     /// The last picture before that; when all begins again, the first one at least.
     picture_before: Option<Vec<u8>>,
     first_picture: Option<Vec<u8>>,
@@ -77,12 +80,15 @@ impl Player {
     /// Plays this part of a recording that is at its beginning.
     pub(super) fn new(
         recording: Recording,
+        bounds: Vec<Place>,
         part: Range<Duration>,
         first_picture: Option<Vec<u8>>,
         paced: bool,
     ) -> Self {
         Self {
+            begin: recording.place(),
             recording,
+            bounds,
             part,
             picture_before: None,
             first_picture,
@@ -110,8 +116,12 @@ impl Player {
         &self.run
     }
 
-    /// Whether there is anything to play.
-    pub(super) fn has_cycles(&mut self) -> Result<bool, Error> {
+    /// Goes to the beginning of what is played; returns whether there is anything to play.
+    pub(super) fn begin(&mut self) -> Result<bool, Error> {
+        let first = self.read()?;
+        self.begin = self.recording.place();
+        self.first_picture = self.picture_before.clone().or(self.first_picture.take());
+        self.ahead.extend(first);
         self.find_cycle(|_| {})
     }
 
@@ -196,6 +206,7 @@ impl Player {
         }
         if self.run.at_end {
             self.recording.rewind()?;
+            self.recording.skip_to(Some(self.begin));
             self.picture_before.clone_from(&self.first_picture);
             self.ahead.clear();
             self.run = Run::default();
@@ -233,7 +244,12 @@ impl Player {
         // When the first of them was, and whether it is the only one and stops the motors.
         let mut left_out = None;
         let mut stopped = true;
-        while let Some(entry) = self.peek()? {
+        loop {
+            let tells_no_more = matches!(left_out, Some((_, false)));
+            if tells_no_more && self.ahead.is_empty() {
+                self.skip_to_bound();
+            }
+            let Some(entry) = self.peek()? else { break };
             match &entry.what {
                 Recorded::Cycle(cycle) if begins_anew(cycle, next) => break,
                 Recorded::Cycle(cycle) => {
@@ -265,6 +281,14 @@ impl Player {
             }
         }
         self.look_for_end()
+    }
+
+    /// Leaves out what is left of a session that may be hours long, as far as that is before its last half second: the
+    /// next program waits.
+    fn skip_to_bound(&mut self) {
+        let here = self.recording.place();
+        let next = self.bounds.partition_point(|bound| *bound < here);
+        self.recording.skip_to(self.bounds.get(next).copied());
     }
 
     fn look_for_end(&mut self) -> Result<(), Error> {
@@ -501,11 +525,73 @@ fn disturb(failure: &Failure, machine: &mut Machine) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::path::Path;
+    use std::thread;
+
     use ft_transfer_area::{CameraFrame, TransferAreaComHandler};
     use ft_transfer_area_recorder::{Options, Recorder};
     use ft_transfer_area_simulator::SimulatedTxt;
 
     use super::*;
+    use crate::recording::survey::Survey;
+
+    /// Kinds of records.
+    const CHUNK: u8 = 6;
+    const DATA_END: u8 = 15;
+
+    /// The file with a damaged piece in the middle: whoever looks at it finds that.
+    fn damage(path: &Path) {
+        let mut file = fs::read(path).unwrap();
+        let (mut chunks, mut at) = (Vec::new(), 8);
+        while file[at] != DATA_END {
+            if file[at] == CHUNK {
+                chunks.push(at);
+            }
+            at += 9 + u64::from_le_bytes(file[at + 1..at + 9].try_into().unwrap()) as usize;
+        }
+        assert!(chunks.len() > 4, "{chunks:?}");
+        let middle = chunks.len() / 2;
+        file[(chunks[middle] + chunks[middle + 1]) / 2] ^= 0x55;
+        fs::write(path, file).unwrap();
+    }
+
+    #[test]
+    fn of_a_session_that_a_program_leaves_early_the_rest_is_not_looked_at() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let txt = SimulatedTxt::builder().lock_step().start().unwrap();
+        let handler = TransferAreaComHandler::builder(txt.address()).lock_step().build().unwrap();
+        let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();
+        for cycles in [6, 1] {
+            handler.begin_transfer().unwrap();
+            for _ in 0..cycles {
+                handler.areas().lock()[0].output.duty[0] = 512;
+                drop(handler.areas().wait_cycle().unwrap());
+                // Longer than the time of a piece.
+                thread::sleep(Duration::from_millis(600));
+            }
+            handler.end_transfer().unwrap();
+        }
+        recorder.finish().unwrap();
+        let mut recording = Recording::open(&path).unwrap();
+        let survey = Survey::of(&mut recording, &path).unwrap();
+        damage(&path);
+        recording.rewind().unwrap();
+        let part = Duration::ZERO..Duration::MAX;
+        let mut player = Player::new(recording, survey.bounds, part, None, false);
+        assert!(player.begin().unwrap());
+        player.session = (1, 1);
+        player.begin_session(false).unwrap();
+        player.ahead.pop_front();
+        player.next = Some(2);
+        player.skip_session().unwrap();
+        let first = player.program.first_difference.as_ref().unwrap();
+        assert_eq!((first.cycle, &*first.what), (2, "it left, and the recorded one went on"));
+        assert!(matches!(player.peek().unwrap().unwrap().what, Recorded::Transfer(_)));
+        assert!(player.find_cycle(|_| {}).unwrap() && !player.run.at_end);
+        assert!(player.recording.damage().is_none());
+    }
 
     #[test]
     fn of_a_camera_that_goes_on_after_the_last_cycle_one_picture_is_kept() {
@@ -524,7 +610,8 @@ mod tests {
         }
         assert_eq!(recorder.finish().unwrap().frames, 10);
         let recording = Recording::open(&path).unwrap();
-        let mut player = Player::new(recording, Duration::ZERO..Duration::MAX, None, false);
+        let mut player =
+            Player::new(recording, Vec::new(), Duration::ZERO..Duration::MAX, None, false);
         while player.find_cycle(|_| {}).unwrap() {
             player.ahead.clear();
         }
