@@ -8,7 +8,7 @@ use ft_transfer_area::tx::{Input, Motor, Output};
 use super::drawn::check_point;
 use super::floor::Plan;
 use super::i2c_device;
-use super::mistake::{at, each, expect, finite, in_range, positive, Checked, Mistake};
+use super::mistake::{at, each, expect, finite, in_range, positive, short, Checked, Mistake};
 use super::remote;
 use super::slide::{SEEN_BY, SWITCHES};
 use super::{Barrier, Board, Grip, Gripper, I2cDevice, Piece, Place, Plug, Remote, Sensor, World};
@@ -145,8 +145,9 @@ impl World {
         for (number, place) in self.places.iter().enumerate() {
             let is_new = names.insert(&place.name);
             let reason = || format!("there are two places with the name {:?}", place.name);
-            let named = at("name", expect(is_new && !place.name.is_empty(), reason));
-            at("places", at(number, named.and_then(|()| self.check_place(place))))?;
+            let named =
+                short(&place.name).and_then(|()| expect(is_new && !place.name.is_empty(), reason));
+            at("places", at(number, at("name", named).and_then(|()| self.check_place(place))))?;
         }
         Ok(())
     }
@@ -202,8 +203,9 @@ impl World {
         for (number, gripper) in self.grippers.iter().enumerate() {
             let is_new = names.insert(&gripper.name);
             let reason = || format!("there are two grippers with the name {:?}", gripper.name);
-            let named = at("name", expect(is_new && !gripper.name.is_empty(), reason));
-            let checked = named.and_then(|()| gripper.check());
+            let named = short(&gripper.name)
+                .and_then(|()| expect(is_new && !gripper.name.is_empty(), reason));
+            let checked = at("name", named).and_then(|()| gripper.check());
             at("grippers", at(number, checked.and_then(|()| self.check_axes(gripper))))?;
         }
         Ok(())

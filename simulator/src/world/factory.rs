@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::file;
 use super::floor::{OwnFloor, Plan};
-use super::mistake::{at, expect, Checked, Mistake};
+use super::mistake::{at, expect, short, Checked, Mistake};
 use super::read::{list, text, Keys, Read};
 use super::script::Script;
 use super::World;
@@ -156,7 +156,8 @@ impl Factory {
         for (number, (name, world)) in self.controllers.iter().enumerate() {
             let is_good = count == 1 || !name.is_empty();
             let reason = || format!("expected a name without a dot, not {name:?}");
-            let named = expect(is_good && !name.contains('.'), reason).and_then(|()| {
+            let named = short(name).and_then(|()| expect(is_good && !name.contains('.'), reason));
+            let named = named.and_then(|()| {
                 let reason = || format!("there are two controllers with the name {name:?}");
                 expect(names.insert(name), reason)
             });

@@ -347,6 +347,31 @@ mod tests {
     }
 
     #[test]
+    fn a_name_has_a_limit() {
+        let named = |name: &str| {
+            let name = format!("{name:?}");
+            let slide =
+                "[master.motors.M1.slide]\ntravel = { mm = { length = 120, per_turn = 4.5 } }\n";
+            let gripper = "axes = [\"M1\"]\nvacuum = { valve = \"O5\" }";
+            [
+                World::from_toml(&format!("[[places]]\nname = {name}")).map(drop),
+                World::from_toml(&format!("{slide}[[grippers]]\nname = {name}\n{gripper}"))
+                    .map(drop),
+                Factory::from_toml(&format!("[[controllers]]\nname = {name}")).map(drop),
+            ]
+        };
+        for right in named(&"n".repeat(100)) {
+            right.unwrap();
+        }
+        for wrong in ["n".repeat(101), String::from("two\nlines")] {
+            for error in named(&wrong) {
+                let error = error.unwrap_err().to_string();
+                assert!(error.contains("0.name: expected a name of at most 100 bytes"), "{error}");
+            }
+        }
+    }
+
+    #[test]
     fn numbers_are_read_in_each_of_their_forms() {
         for (text, ohms) in [("0x1F", 31), ("1_000", 1000), ("+5", 5), ("0b11", 3), ("0o17", 15)] {
             let text = format!("master.inputs.I1.resistor.ohms = {text}");

@@ -56,6 +56,15 @@ pub(super) fn expect(holds: bool, reason: impl FnOnce() -> String) -> Checked {
     }
 }
 
+/// How long a name may be, in bytes. Pages get all of them again and again.
+const LONGEST_NAME: usize = 100;
+
+pub(super) fn short(name: &str) -> Checked {
+    expect(name.len() <= LONGEST_NAME && !name.contains(char::is_control), || {
+        format!("expected a name of at most {LONGEST_NAME} bytes without control characters")
+    })
+}
+
 /// Checks that a number is in a range. NaN is in none.
 pub(super) fn in_range(name: &str, value: f64, range: RangeInclusive<f64>) -> Checked {
     let (least, most) = (range.start(), range.end());
