@@ -319,10 +319,19 @@ private:
     {
         Messages &messages = *static_cast<Messages *>(self);
         const std::lock_guard<std::mutex> lock(messages.mutex);
-        std::string &state = messages.states[message->topic];
-        state.assign(static_cast<char *>(message->payload), message->payloadlen);
-        messages.told[{message->topic, state}]++;
+        const std::string topic = message->topic;
+        if (topic.size() > LONGEST || size_t(message->payloadlen) > LONGEST)
+            return;
+        const std::string state(static_cast<char *>(message->payload), message->payloadlen);
+        if (messages.told.size() >= MOST && messages.told.count({topic, state}) == 0)
+            return;
+        messages.states[topic] = state;
+        messages.told[{topic, state}]++;
     }
+
+    // Stations say a few different things, each in a few words. What others publish does not fill the memory.
+    static const size_t LONGEST = 100;
+    static const size_t MOST = 1000;
 
     std::string topic;
     mosquitto *client;

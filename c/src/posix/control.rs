@@ -2,11 +2,11 @@
 //! their own, because a signal handler could not do what they do.
 
 use std::ffi::c_int;
-use std::io;
 use std::process;
-use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::Once;
 use std::thread;
+use std::time::Duration;
 
 use parking_lot::Mutex;
 
@@ -29,6 +29,8 @@ const EVENTS: [(c_int, u32); 4] = [
 const CTRL_C: u32 = 0;
 const CTRL_BREAK: u32 = 1;
 const CLOSE: u32 = 2;
+/// How often the thread looks for a signal.
+const LOOK: Duration = Duration::from_millis(10);
 /// No program has more functions.
 const MOST: usize = 64;
 
@@ -36,8 +38,9 @@ static HANDLERS: Mutex<Vec<Handler>> = Mutex::new(Vec::new());
 static IGNORES_CTRL_C: AtomicBool = AtomicBool::new(false);
 /// The process with the thread. A child after `fork` has this value, but not the thread.
 static OWNER: AtomicU32 = AtomicU32::new(0);
-/// Where signals are written for the thread.
-static TO_THREAD: AtomicI32 = AtomicI32::new(-1);
+/// The signals that have come, for the thread: a bit for each of [`EVENTS`]. A program may close every file that it finds,
+/// so this is not written into one.
+static CAME: AtomicU32 = AtomicU32::new(0);
 
 /// Adds or removes a function of the program; without one, Ctrl-C is ignored from now on, or not.
 #[no_mangle]
@@ -67,20 +70,8 @@ fn is_begun() -> bool {
     ONCE.call_once(|| {
         // The end with motors stopped, when no function handles an event.
         exit::watch_signals();
-        let mut ends = [0; 2];
-        // SAFETY: the place for the two ends is this function's.
-        if unsafe { libc::pipe(ends.as_mut_ptr()) } != 0 {
-            return;
-        }
-        // SAFETY: calls without pointers. No other program gets the ends, and a handler must not wait.
-        unsafe {
-            libc::fcntl(ends[0], libc::F_SETFD, libc::FD_CLOEXEC);
-            libc::fcntl(ends[1], libc::F_SETFD, libc::FD_CLOEXEC);
-            libc::fcntl(ends[1], libc::F_SETFL, libc::O_NONBLOCK);
-        }
         let thread = thread::Builder::new().name("ft/control".into());
-        if thread.spawn(move || handle(ends[0])).is_ok() {
-            TO_THREAD.store(ends[1], Ordering::Release);
+        if thread.spawn(handle).is_ok() {
             OWNER.store(process::id(), Ordering::Release);
             EVENTS.iter().for_each(|(signal, _)| exit::take_over(*signal, on_signal));
         }
@@ -89,31 +80,22 @@ fn is_begun() -> bool {
 }
 
 extern "C" fn on_signal(signal: c_int) {
-    let byte = signal as u8;
     let is_ours = OWNER.load(Ordering::Acquire) == process::id();
-    // SAFETY: the byte is there.
-    let written = is_ours
-        && unsafe { libc::write(TO_THREAD.load(Ordering::Acquire), (&raw const byte).cast(), 1) }
-            == 1;
-    if !written {
-        exit::on_end(signal);
+    match EVENTS.iter().position(|(known, _)| *known == signal) {
+        Some(number) if is_ours => _ = CAME.fetch_or(1 << number, Ordering::AcqRel),
+        _ => exit::on_end(signal),
     }
 }
 
 /// The thread.
-fn handle(signals: c_int) {
-    let mut signal = 0_u8;
+fn handle() {
     loop {
-        // SAFETY: the byte is there.
-        if unsafe { libc::read(signals, (&raw mut signal).cast(), 1) } != 1 {
-            if io::Error::last_os_error().kind() == io::ErrorKind::Interrupted {
-                continue;
+        thread::sleep(LOOK);
+        let came = CAME.swap(0, Ordering::AcqRel);
+        for (number, (signal, event)) in EVENTS.into_iter().enumerate() {
+            if came & 1 << number != 0 && !goes_on_after(event) {
+                exit::on_end(signal);
             }
-            return;
-        }
-        let found = EVENTS.iter().find(|(known, _)| *known == c_int::from(signal));
-        if found.is_some_and(|(_, event)| !goes_on_after(*event)) {
-            exit::on_end(signal.into());
         }
     }
 }

@@ -1,5 +1,7 @@
-/* Handles Ctrl-C twice, then leaves it to the system. With an argument it ignores Ctrl-C, too. */
+/* Handles Ctrl-C twice, then leaves it to the system. With an argument it ignores Ctrl-C, too. It closes all files that
+   it has not opened. */
 #include <stdio.h>
+#include <unistd.h>
 #include <windows.h>
 
 static volatile LONG times;
@@ -26,11 +28,15 @@ static BOOL WINAPI removed(DWORD event)
 
 int main(int count, char **arguments)
 {
+    int file;
+
     if (SetConsoleCtrlHandler(removed, FALSE) || !SetConsoleCtrlHandler(first, TRUE)
         || !SetConsoleCtrlHandler(second, TRUE) || !SetConsoleCtrlHandler(removed, TRUE) || !SetConsoleCtrlHandler(removed, FALSE))
         return 1;
     if (count > 1)
         SetConsoleCtrlHandler(NULL, TRUE);
+    for (file = 3; file < 64; file++)
+        close(file);
     printf("begun %s\n", arguments[0] ? "" : "?");
     fflush(stdout);
     for (;;)
