@@ -1,20 +1,30 @@
-//! How many files simulated TXTs need.
+//! How many files may be open, and for what.
 
 /// A simulated TXT has a listener, a wait and a waker for each of its three ports, and a client at each.
 const EACH: u64 = 3 * 3 + 3;
 
-/// For the program itself, and for a page.
+/// For the program itself.
 const OTHER: u64 = 64;
 
-/// Says so if fewer files may be open than these simulated TXTs need with their clients.
-pub(crate) fn check(controllers: usize) {
-    let needed = OTHER + EACH * controllers as u64;
+/// Which part of all is for browsers: one of so many. What drives or stops a controller always finds one.
+const BROWSERS: u64 = 4;
+
+/// Says so if fewer files may be open than these simulated TXTs need with their clients and pages.
+pub(crate) fn check(controllers: usize, has_pages: bool) {
+    let own = OTHER + EACH * controllers as u64;
+    let needed = if has_pages { (own * BROWSERS).div_ceil(BROWSERS - 1) } else { own };
     if let Some(allowed) = allowed().filter(|allowed| *allowed < needed) {
         eprintln!(
             "{controllers} controllers with their clients need {needed} open files, and {allowed} are allowed here: \
              enter `ulimit -n {needed}` first"
         );
     }
+}
+
+/// How many browsers' connections may be open.
+pub(crate) fn for_browsers() -> usize {
+    let allowed = allowed().and_then(|allowed| usize::try_from(allowed / BROWSERS).ok());
+    allowed.unwrap_or(usize::MAX)
 }
 
 #[cfg(unix)]

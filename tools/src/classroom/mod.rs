@@ -80,7 +80,7 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<()> {
     lines::never_wait_to_log()?;
     let mut class = read_class(args)?;
     let port = first_port(args, &class)?;
-    open_files::check(class.pupils.len());
+    open_files::check(class.pupils.len(), true);
     let pages = listen(args, &class)?;
     let places = start(args, &class, port)?;
     if let Some(path) = &args.class {

@@ -16,6 +16,7 @@ use axum::{Extension, Json, Router};
 use serde::Deserialize;
 use serde_json::Value;
 use tokio::sync::Semaphore;
+use tokio::task;
 
 use super::connection;
 use super::control_lock::PageId;
@@ -42,6 +43,8 @@ struct Server {
     panels: Arc<[Arc<Panel>]>,
     page: Arc<Page>,
     lesson: Arc<Page>,
+    /// Whose lesson is packed.
+    turn: Arc<Semaphore>,
     plotter: Arc<Plotter>,
     pages: Arc<Semaphore>,
     viewers: Arc<Semaphore>,
@@ -54,6 +57,7 @@ pub(super) fn router(panels: impl IntoIterator<Item = Arc<Panel>>) -> anyhow::Re
         panels: panels.into_iter().collect(),
         page: Arc::new(Page::panel(&plotter)?),
         lesson: Arc::new(Page::lesson()?),
+        turn: Arc::new(Semaphore::new(1)),
         plotter,
         pages: Arc::new(Semaphore::new(PAGES)),
         viewers: Arc::new(Semaphore::new(VIEWERS)),
@@ -159,12 +163,24 @@ async fn lesson(
     Query(asked): Query<Asked>,
     headers: HeaderMap,
 ) -> Response {
-    let document = &server.lesson.document;
-    let course = server.panel(&headers, &asked).ok().and_then(|panel| panel.course.as_ref());
-    match course.map(|course| document.with_state(&course.state())) {
-        Some(Ok(with_state)) => file(&with_state, &headers),
-        _ => file(document, &headers),
-    }
+    let course = server.panel(&headers, &asked).ok().and_then(|panel| panel.course.clone());
+    let with_state = match course {
+        Some(course) => with_state(&server, course).await,
+        None => None,
+    };
+    file(with_state.as_ref().unwrap_or(&server.lesson.document), &headers)
+}
+
+/// The document with the state of this lesson. It is packed in another thread, one after the other: all pages wait for
+/// this one.
+async fn with_state(server: &Server, course: Arc<dyn Course>) -> Option<Ready> {
+    let turn = Arc::clone(&server.turn).acquire_owned().await.ok()?;
+    let page = Arc::clone(&server.lesson);
+    let packed = task::spawn_blocking(move || {
+        let _turn = turn;
+        page.document.with_state(&course.state())
+    });
+    packed.await.ok()?.ok()
 }
 
 async fn plotter_script(State(server): State<Server>, headers: HeaderMap) -> Response {

@@ -139,7 +139,7 @@ impl Args {
                 bail!("{option} is for one controller, and this world has {count}");
             }
         }
-        open_files::check(factory.controllers.len());
+        open_files::check(factory.controllers.len(), self.show);
         let factory = SimulatedFactory::start(factory, port, |_, builder| self.set_up(builder))?;
         Ok(factory.into_txts())
     }

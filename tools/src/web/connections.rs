@@ -12,11 +12,12 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use socket2::{SockRef, TcpKeepalive};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
-use tokio::task::JoinHandle;
+use tokio::task::{self, JoinHandle};
 use tokio::time;
 use tokio_io_timeout::TimeoutStream;
 
 use crate::lines::Rarely;
+use crate::open_files;
 
 /// How long the head of a request may take, and how long a connection may be idle.
 const HEAD_LIMIT: Duration = Duration::from_secs(3);
@@ -26,7 +27,8 @@ const WRITE_LIMIT: Duration = Duration::from_secs(2);
 const SILENCE: Duration = Duration::from_secs(20);
 /// How long the head of a request may be, in bytes.
 const HEAD_MAX: usize = 16 * 1024;
-/// How many connections may be open that are neither a page's nor a camera's. A further one ends the oldest.
+/// How many connections may be open that are neither a page's nor a camera's. A further one ends the oldest, as does one
+/// for which the system allows too few open files.
 const PASSING: usize = 400;
 /// What the system keeps for a slow browser, in bytes: old states are of no use to it.
 const SEND_BUFFER: u32 = 64 * 1024;
@@ -74,6 +76,7 @@ pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 /// Serves whoever connects, forever.
 pub(crate) async fn serve(listener: TcpListener, router: Router) {
     let mut open: Vec<Open> = Vec::new();
+    let most = open_files::for_browsers();
     let mut warning = Rarely::default();
     loop {
         let stream = match listener.accept().await {
@@ -90,8 +93,16 @@ pub(crate) async fn serve(listener: TcpListener, router: Router) {
         open.retain(|one| !one.task.is_finished());
         let passing: Vec<usize> =
             (0..open.len()).filter(|at| open[*at].kept.is_passing()).collect();
-        if passing.len() >= PASSING {
-            open.remove(passing[0]).task.abort();
+        if passing.len() >= PASSING || open.len() >= most {
+            match passing.first() {
+                Some(oldest) => {
+                    open.remove(*oldest).task.abort();
+                    // Its file is closed in its turn.
+                    task::yield_now().await;
+                }
+                // The others are looked at. The browser tries again.
+                None => continue,
+            }
         }
         let kept = Kept::default();
         let router = router.clone().layer(Extension(kept.clone()));

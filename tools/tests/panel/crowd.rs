@@ -1,5 +1,9 @@
 //! Many pages, and pages that do not read.
 
+#[cfg(target_os = "linux")]
+use std::net::TcpStream;
+#[cfg(target_os = "linux")]
+use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -93,6 +97,29 @@ fn memory(process: u32) -> u64 {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap();
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
     line.trim().trim_end_matches(" kB").parse().unwrap()
+}
+
+/// The others are for the controllers: without one left, a lost connection is not made again, and nothing stops there.
+#[cfg(target_os = "linux")]
+#[test]
+fn connections_without_a_token_take_a_quarter_of_the_files_that_may_be_open() {
+    const ALLOWED: usize = 128;
+    let mut command = Command::new("sh");
+    let limited = format!("ulimit -n {ALLOWED} && exec \"$0\" \"$@\"");
+    command.args(["-c", &limited, env!("CARGO_BIN_EXE_txt"), "panel"]).stdin(Stdio::null());
+    let panel = Panel::by(&mut command);
+    panel.driver();
+    let files = || std::fs::read_dir(format!("/proc/{}/fd", panel.running.id())).unwrap().count();
+    let address = panel.address.parse().unwrap();
+    let connect = || TcpStream::connect_timeout(&address, Duration::from_millis(200)).ok();
+    let mut crowd = Vec::new();
+    let deadline = Instant::now() + LIMIT;
+    while crowd.len() < 2 * ALLOWED && Instant::now() < deadline {
+        crowd.extend(connect());
+        assert!(files() < ALLOWED * 3 / 4, "{} of {ALLOWED} files are open", files());
+    }
+    // Another page has a place.
+    panel.page().state(0, is_running);
 }
 
 /// It reads a little, so that it is not closed as one that reads nothing.
