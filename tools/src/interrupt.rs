@@ -1,6 +1,8 @@
 //! Ctrl-C, the end of the session and such, and how a command ends: its last words have a limit.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+#[cfg(target_os = "linux")]
+use std::sync::LazyLock;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -10,6 +12,8 @@ use anyhow::Context;
 use crossbeam_channel::{bounded, Receiver, Sender};
 #[cfg(unix)]
 use nix::sys::signal::{SigSet, Signal};
+#[cfg(target_os = "linux")]
+use signal_hook::flag;
 #[cfg(unix)]
 use signal_hook::iterator::Signals;
 
@@ -31,6 +35,10 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 static AGAIN: AtomicBool = AtomicBool::new(false);
 /// How much drives.
 static DRIVING: AtomicUsize = AtomicUsize::new(0);
+
+/// As long as nothing waits for signals, those that who has started this program ignores end it all the same.
+#[cfg(target_os = "linux")]
+static ENDS_BY_ITSELF: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(true.into()));
 
 /// The command also ends when its standard input does.
 static WITH_INPUT: AtomicBool = AtomicBool::new(false);
@@ -84,6 +92,8 @@ fn asked_by(#[cfg(unix)] further: &[Signal]) -> anyhow::Result<Receiver<()>> {
         let mut ends =
             Signals::new(ends.map(|signal| signal as i32)).context("signals can't be watched")?;
         let asked = Arc::clone(&asked);
+        #[cfg(target_os = "linux")]
+        ENDS_BY_ITSELF.store(false, Ordering::SeqCst);
         let wait = move || ends.forever().for_each(|_| asked.again());
         thread::Builder::new().name("ends".to_owned()).spawn(wait)?;
     }
@@ -161,7 +171,7 @@ impl Asked {
 pub(crate) fn wait_for_children() {
     #[cfg(target_os = "linux")]
     if ignores(Signal::SIGCHLD) {
-        if let Err(error) = signal_hook::flag::register(Signal::SIGCHLD as i32, Arc::default()) {
+        if let Err(error) = flag::register(Signal::SIGCHLD as i32, Arc::default()) {
             log::warn!("the end of a program may not be seen: {error}");
         }
     }
@@ -175,13 +185,21 @@ fn ignores(signal: Signal) -> bool {
     ignored.is_some_and(|bits| bits >> (signal as i32 - 1) & 1 == 1)
 }
 
-/// Has signals end this program also where who has started it holds them back. All threads take this over from the first
-/// one.
+/// Has signals end this program also where who has started it holds them back or ignores them, as a script does for what
+/// it starts in the background. All threads take this over from the first one.
 pub(crate) fn take_ends() {
     #[cfg(unix)]
     {
         let ends: SigSet = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP].into_iter().collect();
         if let Err(error) = ends.thread_unblock() {
+            log::warn!("signals may not end this program: {error}");
+        }
+    }
+    #[cfg(target_os = "linux")]
+    for signal in [Signal::SIGINT, Signal::SIGTERM].into_iter().filter(|signal| ignores(*signal)) {
+        let (signal, ends) = (signal as i32, Arc::clone(&ENDS_BY_ITSELF));
+        // With the status that a shell gives to one that it ends.
+        if let Err(error) = flag::register_conditional_shutdown(signal, 128 + signal, ends) {
             log::warn!("signals may not end this program: {error}");
         }
     }

@@ -18,7 +18,7 @@ use crate::recording::{self, in_folder, said, DEADLINE};
 use crate::running::Running;
 use crate::watch::away::{at_free_ports, started};
 use crate::watch::slow::Killed;
-use crate::watch::support::{command, listening, logged, KitClient};
+use crate::watch::support::{command, listener, listening, logged, KitClient};
 
 /// A pipe that takes so many bytes and no more: nobody reads it.
 pub(crate) fn pipe(folder: &TempDir, room: usize) -> (String, File) {
@@ -147,6 +147,20 @@ fn signals_end_commands_that_were_started_where_they_are_held_back() {
         }
         running.signal("TERM");
         assert!(running.leaves_nothing(), "{arguments:?}: it does not end");
+    }
+}
+
+/// As in the background of a script.
+#[test]
+fn signals_end_commands_that_were_started_where_they_are_ignored() {
+    for (signal, status) in [("INT", 130), ("TERM", 143)] {
+        let (silent, address) = listener();
+        let mut ignored = Command::new("env");
+        ignored.arg("--ignore-signal=INT,TERM").arg(env!("CARGO_BIN_EXE_txt"));
+        let running = Running::start(ignored.args(["stop", &address.to_string()]));
+        let _connection = silent.accept().unwrap();
+        running.signal(signal);
+        assert_eq!(running.end().status.code(), Some(status), "{signal}");
     }
 }
 
