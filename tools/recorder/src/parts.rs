@@ -1,7 +1,6 @@
 //! A recording in several files, of which the oldest are deleted.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
@@ -82,10 +81,14 @@ pub(crate) struct Files {
 impl Files {
     /// The files beside this path, of which none is made yet.
     pub(crate) fn beside(path: &Path, parts: Parts) -> io::Result<Self> {
+        let name = name_of(path).ok_or_else(|| {
+            let why = "the name of a recording in parts has to be UTF-8";
+            io::Error::new(ErrorKind::InvalidInput, why)
+        })?;
         let there = parts_of(path)?;
         let number = there.last().map_or(1, |(number, _)| number + 1);
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        let (name, made) = (name_of(path), VecDeque::new());
+        let made = VecDeque::new();
         let files = Self { parts, name, folder, number, made, since: None };
         there.last().map_or(Ok(()), |(_, newest)| files.ensure_alone(newest))?;
         Ok(files)
@@ -165,11 +168,11 @@ impl Files {
 /// The parts that are there of recordings into this file, with their numbers, the lowest first; for `txt`, too.
 pub fn parts_of(path: &Path) -> io::Result<Vec<(u64, PathBuf)>> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let name = name_of(path);
+    let Some(name) = name_of(path) else { return Ok(Vec::new()) };
     let mut there = BTreeMap::new();
     for entry in fs::read_dir(folder.unwrap_or(Path::new(".")))? {
         let file = entry?.file_name();
-        if let Some(number) = number_in(&file.to_string_lossy(), &name) {
+        if let Some(number) = file.to_str().and_then(|file| number_in(file, &name)) {
             there.insert(number, path.with_file_name(file));
         }
     }
@@ -185,11 +188,11 @@ pub fn parts_of(path: &Path) -> io::Result<Vec<(u64, PathBuf)>> {
 /// The first number with more than four digits.
 const FIRST_LONGER: u64 = 10_000;
 
-/// What is before and behind the number.
-fn name_of(path: &Path) -> [String; 2] {
-    let part = |part: Option<&OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
-    let end = path.extension().map(|end| format!(".{}", end.to_string_lossy()));
-    [format!("{}-", part(path.file_stem())), end.unwrap_or_default()]
+/// What is before and behind the number; `None` for a name that is not UTF-8, which others could be taken for.
+fn name_of(path: &Path) -> Option<[String; 2]> {
+    let stem = path.file_stem().unwrap_or_default().to_str()?;
+    let end = path.extension().map(|end| end.to_str().map(|end| format!(".{end}")));
+    Some([format!("{stem}-"), end.unwrap_or(Some(String::new()))?])
 }
 
 /// The number in the name of a file, if it is written as that of a part with this name.
@@ -250,6 +253,22 @@ mod tests {
         // The oldest ones are deleted.
         fs::remove_file(folder.path().join("run-9999.mcap")).unwrap();
         assert_eq!(next_with(&[]), "run-10002.mcap");
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_name_that_is_not_a_text_has_no_parts() {
+        use std::ffi::OsStr;
+        use std::os::unix::ffi::OsStrExt;
+
+        let folder = tempfile::tempdir().unwrap();
+        let [name, other] = [&b"r\xfe.mcap"[..], b"r\xff-0001.mcap"]
+            .map(|name| folder.path().join(OsStr::from_bytes(name)));
+        fs::write(other, "").unwrap();
+        assert!(parts_of(&name).unwrap().is_empty());
+        let error = Files::beside(&name, Parts::of_bytes(1000)).err().unwrap();
+        assert!(error.to_string().contains("has to be UTF-8"), "{error}");
+        assert!(parts_of(&folder.path().join("r\u{fffd}.mcap")).unwrap().is_empty());
     }
 
     #[test]

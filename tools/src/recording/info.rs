@@ -10,9 +10,6 @@ use super::in_parts;
 use super::survey::{Listed, Survey};
 use crate::print;
 
-/// How many changes of the controller are listed.
-const LISTED: usize = 10;
-
 const AFTER_HELP: &str = "\
 The controller, the length, the cycles and their times, and what was unusual: gaps, errors, stops by
 the watchdog, blocked motors (if the program has set a limit), inputs that get over range, jumps of
@@ -85,7 +82,9 @@ impl Part {
     fn of(file: &Path) -> Self {
         let (survey, error) = match Survey::of_file(file) {
             // There may be thousands of parts, and nobody sees their pictures here.
-            Ok(survey) => (Some(Survey { first_picture: None, ..survey }), None),
+            Ok(survey) => {
+                (Some(Survey { first_picture: None, bounds: Vec::new(), ..survey }), None)
+            }
             Err(error) => (None, Some(format!("{error:#}"))),
         };
         Self { file: file.display().to_string(), survey, error }
@@ -99,15 +98,16 @@ fn text(survey: &Survey) -> String {
     let [name, firmware] = survey.controller();
     line("controller", format!("{name}{}, firmware {firmware}", at(&survey.address, "")));
     let mut address = &survey.address;
-    for later in survey.later_controllers.iter().take(LISTED) {
+    for later in &survey.later_controllers {
         let [name, firmware] = later.controller();
         let since = moment(survey, later.since);
         let at = at(&later.address, address);
         line("", format!("from {since} on {name}{at}, firmware {firmware}"));
         address = &later.address;
     }
-    if survey.later_controllers.len() > LISTED {
-        line("", format!("and {} more changes", survey.later_controllers.len() - LISTED));
+    let more = survey.controller_changes - survey.later_controllers.len();
+    if more > 0 {
+        line("", format!("and {more} more changes"));
     }
     line("extensions", survey.extensions.to_string());
     line("started", started(survey));

@@ -131,6 +131,10 @@ impl Drop for Output {
         if self.is_new && hold(&self.path).is_ok_and(|file| file.as_ref().is_some_and(is_empty)) {
             let _ = std::fs::remove_file(&self.path);
         }
+        // A recorder that has failed at its beginning, as on a full disk, leaves the file beside.
+        if let Some(replaced) = &self.replaced {
+            let _ = std::fs::remove_file(beside(replaced));
+        }
     }
 }
 
@@ -228,7 +232,11 @@ mod tests {
         assert!(!path.exists(), "what was not recorded is in nobody's way");
         drop(Output::new(path.clone(), false, false).unwrap());
         std::fs::write(&path, "recorded").unwrap();
-        drop(Output::new(path.clone(), true, false).unwrap());
+        let again = Output::new(path.clone(), true, false).unwrap();
+        std::fs::write(again.first(), "").unwrap();
+        drop(again);
         assert_eq!(std::fs::read(&path).unwrap(), b"recorded");
+        let files = std::fs::read_dir(folder.path()).unwrap();
+        assert_eq!(files.count(), 1, "the one that could not be written is not there any more");
     }
 }

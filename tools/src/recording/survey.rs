@@ -16,6 +16,9 @@ use super::unusual::{Kind, Moment, Unusual, LISTED};
 use super::whole::Transfers;
 use crate::print;
 
+/// How many later controllers are listed.
+const LISTED_CONTROLLERS: usize = 10;
+
 const UNKNOWN: &str = "unknown";
 
 /// What is in a recording.
@@ -35,8 +38,12 @@ pub(crate) struct Survey {
     /// Of the first controller. Empty, as the firmware, when the program has not asked for it, or the beginning was lost.
     pub(crate) device_name: String,
     pub(crate) firmware: String,
-    /// Those that have answered later, by name, firmware and address.
+    /// The first of those that have answered later, by name, firmware and address, and how many there were.
     pub(crate) later_controllers: Vec<Later>,
+    pub(crate) controller_changes: usize,
+    /// Name, firmware and address of the last one.
+    #[serde(skip)]
+    pub(super) last_controller: [String; 3],
     /// Of the first controller.
     pub(crate) address: String,
     pub(crate) areas: usize,
@@ -218,19 +225,19 @@ impl Survey {
     /// A controller with this name and firmware answers, perhaps at another address. The first two are empty if it was
     /// not asked.
     fn answers(&mut self, device_name: &str, firmware: &str, address: Option<&str>, at: Duration) {
-        let before = match self.later_controllers.last() {
-            Some(later) => [&*later.device_name, &later.firmware, &later.address],
-            None => [&*self.device_name, &self.firmware, &self.address],
-        };
-        let now = [device_name, firmware, address.unwrap_or(before[2])];
-        if now == before {
+        let address = address.unwrap_or(&self.last_controller[2]);
+        let now = [device_name, firmware, address].map(str::to_owned);
+        if now == self.last_controller {
             return;
         }
-        let is_first = before == [""; 3];
-        let [device_name, firmware, address] = now.map(str::to_owned);
-        if is_first {
+        let before = mem::replace(&mut self.last_controller, now.clone());
+        let [device_name, firmware, address] = now;
+        if before.iter().all(String::is_empty) {
             (self.device_name, self.firmware, self.address) = (device_name, firmware, address);
-        } else {
+            return;
+        }
+        self.controller_changes += 1;
+        if self.controller_changes <= LISTED_CONTROLLERS {
             let since = at.as_secs_f64();
             self.later_controllers.push(Later { since, device_name, firmware, address });
         }
@@ -310,6 +317,17 @@ mod tests {
 
     use super::super::unusual::Sentence;
     use super::*;
+
+    #[test]
+    fn of_controllers_in_turn_the_first_are_listed_and_all_are_counted() {
+        let mut survey = Survey::default();
+        for number in 0..1000 {
+            let name = if number % 2 == 0 { "FIRST" } else { "SECOND" };
+            survey.answers(name, "4.7.0", Some("127.0.0.1:65000"), Duration::ZERO);
+        }
+        assert_eq!((&*survey.device_name, survey.controller_changes), ("FIRST", 999));
+        assert_eq!(survey.later_controllers.len(), LISTED_CONTROLLERS);
+    }
 
     #[test]
     fn a_gap_whose_beginning_is_not_known_is_not_the_one_before() {
