@@ -52,7 +52,7 @@ impl Ports {
         let mut result = Err(io::ErrorKind::AddrInUse.into());
         for main in main {
             result = Self { main, ..self }.try_to_listen();
-            if result.is_ok() {
+            if !result.as_ref().is_err_and(is_of_port) {
                 break;
             }
         }
@@ -75,13 +75,16 @@ fn behind(main: u16, distance: u16, asked_for: Option<u16>) -> io::Result<u16> {
         .ok_or_else(|| io::Error::other(format!("too few ports follow port {main}")))
 }
 
+/// Whether it may be otherwise with another port.
+fn is_of_port(error: &io::Error) -> bool {
+    use ErrorKind::*;
+    matches!(error.kind(), AddrInUse | AddrNotAvailable | PermissionDenied)
+}
+
 fn listen_on(ip: IpAddr, port: u16) -> io::Result<TcpListener> {
-    let in_context = |error: io::Error| match error.kind() {
-        ErrorKind::AddrInUse | ErrorKind::AddrNotAvailable | ErrorKind::PermissionDenied => {
-            io::Error::new(error.kind(), format!("port {port}: {error}"))
-        }
-        // It would be the same with another port.
-        _ => error,
+    let in_context = |error: io::Error| match is_of_port(&error) {
+        true => io::Error::new(error.kind(), format!("port {port}: {error}")),
+        false => error,
     };
     let listener = TcpListener::bind((ip, port)).map_err(in_context)?;
     listener.set_nonblocking(true)?;
