@@ -1,5 +1,10 @@
 //! Which controller a program talks to, without a change in the program.
 
+use std::collections::HashMap;
+use std::env;
+use std::ffi::{OsStr, OsString};
+use std::sync::OnceLock;
+
 use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder, TransferMode, PORT};
 
 /// The environment variable that replaces the host that a program names.
@@ -15,11 +20,28 @@ pub(crate) fn from_environment() -> Option<String> {
     variable(VARIABLE)
 }
 
-/// What an environment variable says; `None` when it is empty or not set.
+/// What an environment variable says; `None` when it is empty or not set. One that the program has removed, as by
+/// clearing its environment, says what it did at the beginning.
 pub(crate) fn variable(name: &str) -> Option<String> {
+    let at_first = || AT_FIRST.get()?.get(OsStr::new(name)).cloned();
     // A host that is not UTF-8 is found nowhere: without it, another controller would be driven.
-    let value = std::env::var_os(name)?.to_string_lossy().into_owned();
+    let value = env::var_os(name).or_else(at_first)?.to_string_lossy().into_owned();
     Some(value.trim().to_owned()).filter(|value| !value.is_empty())
+}
+
+/// What the variables of this library said when it was loaded: that is how `tx_run` tells it which controller to drive, and
+/// where to note what is to be stopped. Programs clear their environment, or write a title over it.
+static AT_FIRST: OnceLock<HashMap<OsString, OsString>> = OnceLock::new();
+
+#[cfg(target_os = "linux")]
+#[used]
+#[link_section = ".init_array"]
+static KEEP_VARIABLES: extern "C" fn() = keep_variables;
+
+#[cfg(target_os = "linux")]
+extern "C" fn keep_variables() {
+    let is_ours = |name: &OsString| name.as_encoded_bytes().starts_with(b"FT_TXT_");
+    AT_FIRST.get_or_init(|| env::vars_os().filter(|(name, _)| is_ours(name)).collect());
 }
 
 /// What `FT_TXT_HOST` says, or `auto`: for programs that name no host.

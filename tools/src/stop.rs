@@ -2,7 +2,7 @@
 
 use std::io::{self, ErrorKind, Read};
 use std::net::SocketAddr;
-use std::thread;
+use std::thread::{self, Scope, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::{anyhow, ensure, Context};
@@ -60,18 +60,17 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     }
     let guard = args.guard;
     // None waits for another one that does not answer.
-    let start = |(host, known): (String, _)| {
-        thread::Builder::new().spawn(move || match guard {
-            true => stop_left(&host, known),
-            false => stop(&host, &host, Duration::ZERO),
-        })
+    let stop_one = |(host, known): &(String, _)| match guard {
+        true => stop_left(host, *known),
+        false => stop(host, host, Duration::ZERO),
     };
-    let stops: Vec<_> = args.hosts.into_iter().zip(known).map(start).collect();
-    let stopped = stops.into_iter().map(|stop| match stop {
-        Ok(stop) => stop.join().unwrap_or_else(|_| Err(anyhow!("a stop has crashed"))),
-        Err(error) => Err(error).context("a controller is not stopped"),
+    let hosts: Vec<_> = args.hosts.into_iter().zip(known).collect();
+    let stopped: Vec<_> = thread::scope(|scope| {
+        let begun: Vec<_> =
+            hosts.iter().map(|host| Begun::new(scope, move || stop_one(host))).collect();
+        begun.into_iter().map(Begun::end).collect()
     });
-    let mut errors: Vec<_> = stopped.filter_map(Result::err).collect();
+    let mut errors: Vec<_> = stopped.into_iter().filter_map(Result::err).collect();
     // The caller prints the last one.
     let last = errors.pop();
     errors.iter().for_each(|error| lines::print(&print::sentence(error)));
@@ -91,15 +90,38 @@ fn is_left() -> anyhow::Result<bool> {
 fn stop_left(host: &str, known: Option<SocketAddr>) -> anyhow::Result<()> {
     let Some(address) = known else { return stop(host, host, TRIES) };
     thread::scope(|scope| {
-        let at_first = || stop(host, &address.to_string(), TRIES);
-        let at_first = thread::Builder::new().spawn_scoped(scope, at_first);
-        let at_first = at_first.with_context(|| format!("{host} is not stopped"))?;
+        let at_first = Begun::new(scope, || stop(host, &address.to_string(), TRIES));
         match controller_address(host, LOOKUP) {
             // Nobody may be left at the first one.
             Ok(now) if now != address => stop(host, &now.to_string(), TRIES),
-            _ => at_first.join().unwrap_or_else(|_| Err(anyhow!("a stop has crashed"))),
+            _ => at_first.end(),
         }
     })
+}
+
+/// A stop that goes on in a thread. Where none can be started, it is done at once: others wait.
+enum Begun<'a> {
+    InThread(ScopedJoinHandle<'a, anyhow::Result<()>>),
+    Done(anyhow::Result<()>),
+}
+
+impl<'a> Begun<'a> {
+    fn new<'b>(
+        scope: &'a Scope<'a, 'b>,
+        stop: impl Fn() -> anyhow::Result<()> + Clone + Send + 'a,
+    ) -> Self {
+        let started = thread::Builder::new().spawn_scoped(scope, stop.clone());
+        started.map_or_else(|_| Self::Done(stop()), Self::InThread)
+    }
+
+    fn end(self) -> anyhow::Result<()> {
+        match self {
+            Self::InThread(thread) => {
+                thread.join().unwrap_or_else(|_| Err(anyhow!("a stop has crashed")))
+            }
+            Self::Done(result) => result,
+        }
+    }
 }
 
 /// Stops a controller at this address or with this name, and tries it again for up to this limit.

@@ -1,6 +1,7 @@
 //! Events, locks and threads, and waiting for them.
 
-use std::collections::HashMap;
+use std::cell::RefCell;
+use std::collections::{HashMap, HashSet};
 use std::ffi::{c_char, c_void};
 use std::mem;
 use std::ptr;
@@ -56,13 +57,14 @@ impl Object {
         }
     }
 
-    /// What a wait that has ended does. Returns whether it was for an abandoned lock.
-    fn take(&mut self) -> bool {
+    /// What a wait for this handle does that has ended. Returns whether it was for an abandoned lock.
+    fn take(&mut self, handle: usize) -> bool {
         match self {
             Self::Event { manual, set } => *set = *manual,
             Self::Mutex { owner, times, abandoned } => {
-                OWNER.with(|thread| *owner = Some(thread.0));
+                *owner = Some(thread::current().id());
                 *times += 1;
+                hold(|held| _ = held.insert(handle));
                 return mem::take(abandoned);
             }
             Self::Semaphore { count, .. } => *count -= 1,
@@ -72,31 +74,45 @@ impl Object {
     }
 }
 
-/// A thread that may have locks. When it ends they are free: others wait for them with motors on.
-struct Owner(ThreadId);
+/// The locks of a thread. When it ends they are free: others wait for them with motors on.
+struct Held {
+    thread: ThreadId,
+    locks: RefCell<HashSet<usize>>,
+}
 
 thread_local! {
-    static OWNER: Owner = Owner(thread::current().id());
+    static HELD: Held = Held { thread: thread::current().id(), locks: RefCell::default() };
+}
+
+/// Changes what is known of this thread's locks, unless it is at its end.
+fn hold(change: impl FnOnce(&mut HashSet<usize>)) {
+    let _ = HELD.try_with(|held| change(&mut held.locks.borrow_mut()));
 }
 
 /// Frees what this thread has.
 pub(super) fn free_locks() {
-    OWNER.with(Owner::free_all);
+    HELD.with(Held::free_all);
 }
 
-impl Drop for Owner {
+impl Drop for Held {
     fn drop(&mut self) {
         self.free_all();
     }
 }
 
-impl Owner {
+impl Held {
     fn free_all(&self) {
-        for object in OBJECTS.lock().all.values_mut() {
-            if let Object::Mutex { owner, times, abandoned } = object {
-                if *owner == Some(self.0) {
-                    (*owner, *times, *abandoned) = (None, 0, true);
-                }
+        let locks = self.locks.take();
+        if locks.is_empty() {
+            return;
+        }
+        let mut objects = OBJECTS.lock();
+        for lock in locks {
+            let Some(Object::Mutex { owner, times, abandoned }) = objects.all.get_mut(&lock) else {
+                continue;
+            };
+            if *owner == Some(self.thread) {
+                (*owner, *times, *abandoned) = (None, 0, true);
             }
         }
         CHANGED.notify_all();
@@ -139,6 +155,7 @@ fn truth(done: Option<()>) -> i32 {
 
 pub(super) fn close(handle: Handle) -> bool {
     let closed = OBJECTS.lock().all.remove(&handle.addr()).is_some();
+    hold(|held| _ = held.remove(&handle.addr()));
     CHANGED.notify_all();
     closed
 }
@@ -162,7 +179,8 @@ fn wait(handles: &[usize], all: bool, milliseconds: u32) -> u32 {
         if !ready.is_empty() && (!all || ready.len() == handles.len()) {
             let mut begin = WAIT_OBJECT_0;
             for index in &ready {
-                if objects.all.get_mut(&handles[*index]).is_some_and(Object::take) {
+                let handle = handles[*index];
+                if objects.all.get_mut(&handle).is_some_and(|object| object.take(handle)) {
                     begin = WAIT_ABANDONED_0;
                 }
             }
@@ -226,11 +244,11 @@ pub extern "C" fn ResetEvent(event: Handle) -> i32 {
 #[no_mangle]
 pub extern "C" fn CreateMutexA(_security: *mut c_void, owned: i32, _name: *const c_char) -> Handle {
     caught(ptr::null_mut(), || {
-        let mut mutex = Object::Mutex { owner: None, times: 0, abandoned: false };
+        let mutex = add(Object::Mutex { owner: None, times: 0, abandoned: false });
         if owned != FALSE {
-            mutex.take();
+            wait(&[mutex.addr()], false, 0);
         }
-        add(mutex)
+        mutex
     })
 }
 
@@ -256,6 +274,7 @@ pub extern "C" fn ReleaseMutex(mutex: Handle) -> i32 {
             *times -= 1;
             if *times == 0 {
                 *owner = None;
+                hold(|held| _ = held.remove(&mutex.addr()));
             }
             Some(())
         }))

@@ -252,6 +252,22 @@ fn a_program_that_is_killed_is_followed_by_an_exchange_that_stops_everything() {
     wait_stopped(&txt);
 }
 
+/// As before a title is written over it.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_that_clears_its_environment_drives_the_named_controller_and_is_stopped() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "killed.c", "-DCLEARED");
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    let ended = run.end();
+    ended.badly("killed was ended by SIGKILL (it was killed)");
+    assert!(ended.err.contains("tx_run has sent it: all outputs are off"), "{ended:?}");
+    wait_stopped(&txt);
+}
+
 /// A name leads nowhere when the network is away.
 #[cfg(target_os = "linux")]
 #[test]

@@ -1,6 +1,6 @@
 /* A PC program: turns M1, and is killed, with GONE only when the controller has gone; with BECOMES it then becomes another
    program. With BEFORE and AFTER it removes the folder of its notes before or after the transfer begins, with HOST it
-   sets another controller. */
+   sets another controller, with CLEARED it clears its environment. */
 #include <signal.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -8,6 +8,8 @@
 #include "ROBO_TX_FW.h"
 #include "ftMscLib.h"
 #include "ftErrCode.h"
+
+extern char **environ;
 
 static void remove_notes(void)
 {
@@ -22,6 +24,9 @@ int main(int argc, char *argv[])
 
 #ifdef HOST
     setenv("FT_TXT_HOST", HOST, 1);
+#endif
+#ifdef CLEARED
+    environ = NULL;
 #endif
     ftxInitLib();
 #ifdef BEFORE
