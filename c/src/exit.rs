@@ -31,6 +31,9 @@ pub(crate) use system::{ends, ends_by_ctrl_c, handler_of, on_end, take_over, SUS
 /// How long the end of a program waits for a lock that another thread has.
 pub(crate) const LOCK_LIMIT: Duration = Duration::from_secs(1);
 
+/// How long it waits for an answer of the controller that is under way: longer than that may take.
+pub(crate) const ANSWER_LIMIT: Duration = Duration::from_millis(2500);
+
 /// A transfer that ends with the program.
 pub(crate) trait Transfer: Send + Sync {
     /// Ends it with all outputs off, if it runs.

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
-use super::{end_all, goes_on, Stack, LOCK_LIMIT};
+use super::{end_all, goes_on, Stack, ANSWER_LIMIT, LOCK_LIMIT};
 use crate::ffi::guarded;
 use crate::inside;
 use crate::online::is_of_tx_run;
@@ -73,8 +73,8 @@ const CRASHES: [(c_int, &str); 7] = [
 
 /// How often the thread looks for a signal.
 const LOOK: Duration = Duration::from_millis(20);
-/// How long a program that is asked to end goes on at most.
-const END_LIMIT: Duration = Duration::from_secs(1);
+/// How long a program that is asked to end goes on at most. The last exchange may follow an answer that comes late.
+const END_LIMIT: Duration = ANSWER_LIMIT.saturating_add(Duration::from_millis(500));
 
 /// The process that has the threads; 0 for none. A child after `fork` has this value, but not the threads.
 static WATCHED_BY: AtomicU32 = AtomicU32::new(0);

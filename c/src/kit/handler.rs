@@ -265,8 +265,8 @@ fn leave(link: Option<Link>, camera: Option<Camera>) {
 
 impl exit::Transfer for Mutex<Transfer> {
     fn end(&self) {
-        // The program may end in the middle of an exchange, which is short, or of one that gets no answer.
-        let Some(mut transfer) = self.try_lock_for(exit::LOCK_LIMIT) else { return };
+        // The program may end in the middle of an exchange.
+        let Some(mut transfer) = self.try_lock_for(exit::ANSWER_LIMIT) else { return };
         // Under the lock: a program that learns of the end at once may end the process before the last exchange.
         leave(transfer.link.take(), None);
     }

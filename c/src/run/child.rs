@@ -89,20 +89,24 @@ pub(crate) fn run(
     let mut was_left = false;
     let (to_say, saying) = say_meanwhile();
     let status = loop {
-        let is_suspended = signals::is_to_pause(&child);
         match child.try_wait() {
-            Ok(None) if online.is_left(is_suspended) => {
-                was_left = true;
-                let program = if is_suspended { While::IsSuspended } else { While::Runs };
-                // Sentences without room are not said.
-                let words = stop_left(&mut online, target, program);
-                words.into_iter().for_each(|(_, it)| drop(to_say.try_send(it)));
-            }
-            // Not while motors may be on.
-            Ok(None) if is_suspended && !online.has_any() => signals::pause(),
-            Ok(None) => thread::sleep(LOOK),
+            Ok(None) => {}
             Ok(Some(status)) => break Ok(status),
             Err(error) => break Err(error),
+        }
+        let is_suspended = signals::is_to_pause(&child);
+        if online.is_left(is_suspended) {
+            was_left = true;
+            online.begin_to_stop(if is_suspended { While::IsSuspended } else { While::Runs });
+        }
+        // Sentences without room are not said.
+        for stopped in online.take_stopped() {
+            drop(to_say.try_send(words_of_stop(stopped, folder_if_gone(&online).as_deref())));
+        }
+        // Not while motors may be on.
+        match is_suspended && !online.has_any() {
+            true => signals::pause(),
+            false => thread::sleep(LOOK),
         }
     };
     signals::stop_passing_on(id);
@@ -177,19 +181,22 @@ impl Forks {
 /// Stops the controllers that the program has left, and returns what is to be said of each, and whether it needs no other
 /// try.
 fn stop_left(online: &mut Online, target: &Target, program: While) -> Vec<(bool, String)> {
-    // A simulated TXT ends with this process, which goes on while the program does.
+    // A simulated TXT ends with this process.
     let simulated = match target {
         Target::Host(_) => None,
-        Target::Simulated { .. } | Target::Shown { .. } => {
-            (!program.goes_on()).then(|| target.host())
-        }
+        Target::Simulated { .. } | Target::Shown { .. } => Some(target.host()),
     };
     let ends = simulated.as_ref().is_some_and(|host| online.has_left(host, program));
     let ends = ends.then(|| (true, String::from(ENDS_WITH_US)));
-    let gone = online.is_gone().then(|| online.folder.display().to_string());
+    let gone = folder_if_gone(online);
     let stopped = online.stop_left(simulated.as_deref(), program).into_iter();
     let words = stopped.map(|it| (it.1.is_ok(), words_of_stop(it, gone.as_deref())));
     ends.into_iter().chain(words).collect()
+}
+
+/// The folder of its notes, when they were removed.
+fn folder_if_gone(online: &Online) -> Option<String> {
+    online.is_gone().then(|| online.folder.display().to_string())
 }
 
 /// A program may have several controllers. The folder is the one of its notes when they were removed.

@@ -1,15 +1,17 @@
 //! Which controllers the program has left with motors on. While a transfer runs there is a note, a file whose name has
 //! its host, which the program's library removes when its last exchange has switched all outputs off.
 
-use std::collections::BTreeSet;
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io;
 use std::mem;
 use std::path::{self, Path, PathBuf};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::Error;
+use parking_lot::Mutex;
 
 use crate::stop;
 
@@ -31,9 +33,10 @@ pub(crate) struct Online {
     pub(crate) folder: PathBuf,
     #[cfg_attr(not(unix), allow(dead_code, reason = "nobody asks for the mark"))]
     mark: File,
+    /// The hosts that are being stopped while the program runs, which is looked at meanwhile.
+    stopping: BTreeMap<String, JoinHandle<Result<(), Error>>>,
     /// The hosts that could not be stopped, and when they were tried.
-    failed: BTreeSet<String>,
-    tried: Instant,
+    failed: BTreeMap<String, Instant>,
     /// Since when transfers are left that the program may begin again, or end itself.
     lost: Option<Instant>,
     /// The hosts that the program may use, as far as this process has named them.
@@ -66,13 +69,6 @@ pub(crate) enum While {
     HasEnded,
 }
 
-impl While {
-    /// Whether the program itself may still end its transfers.
-    pub(crate) fn goes_on(self) -> bool {
-        matches!(self, Self::Runs | Self::IsSuspended)
-    }
-}
-
 impl Online {
     /// For a program to which these hosts are named.
     pub(crate) fn new(folder: &Path, named: BTreeSet<String>) -> io::Result<Self> {
@@ -80,9 +76,9 @@ impl Online {
         let folder = path::absolute(folder.join("transfers"))?;
         fs::create_dir(&folder)?;
         let mark = File::create_new(folder.join(MARK))?;
-        let (failed, tried) = (BTreeSet::new(), Instant::now());
+        let (stopping, failed) = (BTreeMap::new(), BTreeMap::new());
         let (seen, done_with) = (BTreeSet::new(), BTreeSet::new());
-        Ok(Self { folder, mark, failed, tried, lost: None, named, seen, done_with })
+        Ok(Self { folder, mark, stopping, failed, lost: None, named, seen, done_with })
     }
 
     /// Whether somebody has removed what is written down, with the folder or without it.
@@ -95,9 +91,9 @@ impl Online {
         self.folder.join(BEGUN).exists()
     }
 
-    /// Whether a transfer has begun and not ended, or could not be stopped.
+    /// Whether a transfer has begun and not ended, or is not stopped yet.
     pub(crate) fn has_any(&mut self) -> bool {
-        !self.failed.is_empty() || !self.notes().is_empty()
+        !self.failed.is_empty() || !self.stopping.is_empty() || !self.notes().is_empty()
     }
 
     fn notes(&mut self) -> BTreeSet<Note> {
@@ -135,11 +131,57 @@ impl Online {
         self.left(program).iter().any(|left| left.host == host)
     }
 
+    /// Begins to send a last exchange to each controller that was left, and to those again that could not be stopped; the
+    /// program goes on.
+    pub(crate) fn begin_to_stop(&mut self, program: While) {
+        let mut left = self.left(program);
+        // What is left of one that is being stopped has its turn then.
+        left.retain(|note| !self.stopping.contains_key(&note.host));
+        self.remove(&left);
+        let mut hosts: BTreeSet<String> = left.into_iter().map(|note| note.host).collect();
+        let due = self.failed.iter().filter(|(_, tried)| tried.elapsed() >= AGAIN);
+        hosts.extend(due.map(|(host, _)| host.clone()));
+        hosts.extend(self.take_those_without_notes());
+        for host in hosts {
+            if let Entry::Vacant(place) = self.stopping.entry(host) {
+                let host = place.key().clone();
+                // Without a thread, all of it is tried again.
+                match thread::Builder::new().spawn(move || stop::stop(&host)) {
+                    Ok(thread) => drop(place.insert(thread)),
+                    Err(_) => drop(self.failed.insert(place.into_key(), Instant::now())),
+                }
+            }
+        }
+    }
+
+    /// How those were stopped that are done, by their hosts. One that could not be stopped is tried again, and told again
+    /// only at the end: what the program has made by `fork` may have ended by then, with which the controller was online.
+    pub(crate) fn take_stopped(&mut self) -> Vec<(String, Result<(), Error>)> {
+        let is_done = |host: &&String| self.stopping[*host].is_finished();
+        let done: Vec<String> = self.stopping.keys().filter(is_done).cloned().collect();
+        let mut stopped = Vec::new();
+        for host in done {
+            let thread = self.stopping.remove(&host);
+            let Some(Ok(result)) = thread.map(JoinHandle::join) else { continue };
+            // Meanwhile the program may have begun the next transfer, which kept this process out.
+            let driven = split(self.notes(), |byte| self.is_marked(byte)).driven;
+            if result.is_err() && driven.contains(&host) {
+                self.failed.remove(&host);
+                continue;
+            }
+            let before = match result {
+                Ok(()) => self.failed.remove(&host),
+                Err(_) => self.failed.insert(host.clone(), Instant::now()),
+            };
+            if result.is_ok() || before.is_none() {
+                stopped.push((host, result));
+            }
+        }
+        stopped
+    }
+
     /// Sends a last exchange to each controller that was left, except to this one, and returns how that went, by their
-    /// hosts. They are left no more then. One that could not be stopped is tried again by the next call, and told again
-    /// at the end: what the program has made by `fork` may have ended by then, with which the controller was online.
-    /// Without the notes it is each controller that may be left, once: one that is online with another program takes no
-    /// exchange.
+    /// hosts. They are left no more then, but those that could not be stopped are tried again by the next call.
     pub(crate) fn stop_left(
         &mut self,
         but: Option<&str>,
@@ -147,28 +189,36 @@ impl Online {
     ) -> Vec<(String, Result<(), Error>)> {
         let left = self.left(program);
         self.remove(&left);
-        let before = mem::take(&mut self.failed);
         let mut hosts: BTreeSet<String> = left.into_iter().map(|note| note.host).collect();
-        hosts.extend(before.iter().cloned());
-        let seen = mem::take(&mut self.seen);
-        if self.is_gone() {
-            hosts.extend(seen.into_iter().map(|(host, _)| host));
-            hosts.extend(mem::take(&mut self.named));
-        }
-        let hosts = hosts.into_iter().filter(|host| Some(host.as_str()) != but);
-        let mut stopped = side_by_side(hosts.collect(), stop::stop);
-        self.tried = Instant::now();
-        if program.goes_on() {
-            // Meanwhile the program may have begun the next transfer, which kept this process out.
-            let driven = split(self.notes(), |byte| self.is_marked(byte)).driven;
-            stopped.retain(|(host, stopped)| stopped.is_ok() || !driven.contains(host));
-        }
+        hosts.extend(mem::take(&mut self.failed).into_keys());
+        hosts.extend(self.take_those_without_notes());
+        let begun = mem::take(&mut self.stopping);
+        let begun: BTreeMap<_, _> =
+            begun.into_iter().map(|(host, thread)| (host, Mutex::new(Some(thread)))).collect();
+        let is_needed = |host: &str| hosts.contains(host);
+        let stop = |host: &str| {
+            let thread = begun.get(host).and_then(|thread| thread.lock().take());
+            match thread.and_then(|thread| thread.join().ok()) {
+                Some(Ok(())) if !is_needed(host) => Ok(()),
+                _ => stop::stop(host),
+            }
+        };
+        let all: BTreeSet<&String> = hosts.iter().chain(begun.keys()).collect();
+        let all = all.into_iter().filter(|host| Some(host.as_str()) != but).cloned();
+        let stopped = side_by_side(all.collect(), stop);
         let failed = stopped.iter().filter(|(_, stopped)| stopped.is_err());
-        self.failed.extend(failed.map(|(host, _)| host.clone()));
-        if program.goes_on() {
-            stopped.retain(|(host, stopped)| stopped.is_ok() || !before.contains(host));
-        }
+        self.failed.extend(failed.map(|(host, _)| (host.clone(), Instant::now())));
         stopped
+    }
+
+    /// Without the notes each controller may be left, once: one that is online with another program takes no exchange.
+    fn take_those_without_notes(&mut self) -> BTreeSet<String> {
+        let seen = mem::take(&mut self.seen);
+        if !self.is_gone() {
+            return BTreeSet::new();
+        }
+        let named = mem::take(&mut self.named);
+        seen.into_iter().map(|(host, _)| host).chain(named).collect()
     }
 
     /// Those that could not be stopped are not tried again.
@@ -186,8 +236,8 @@ impl Online {
         let is_driven = |byte| !is_suspended && self.is_marked(byte);
         let Split { left, stood_for, driven } = split(notes, is_driven);
         self.remove(&stood_for);
-        self.failed.retain(|host| !driven.contains(host));
-        let is_time = !self.failed.is_empty() && !is_gone && self.tried.elapsed() >= AGAIN;
+        self.failed.retain(|host, _| !driven.contains(host));
+        let is_time = !is_gone && self.failed.values().any(|tried| tried.elapsed() >= AGAIN);
         let (lost, gone): (Vec<_>, Vec<_>) =
             left.iter().partition(|note| is_suspended || note.byte == LOST);
         self.lost = (!lost.is_empty()).then(|| self.lost.unwrap_or_else(Instant::now));

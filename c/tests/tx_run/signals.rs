@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area_simulator::{Machine, SimulatedTxt};
+use ft_transfer_area_simulator::{FaultKind, Machine, SimulatedTxt};
 
 use super::ends::{goes_on_with_a_motor, press, wait_stopped, with_a_motor};
 use super::support::{
@@ -266,6 +266,47 @@ fn a_program_that_clears_its_environment_drives_the_named_controller_and_is_stop
     ended.badly("killed was ended by SIGKILL (it was killed)");
     assert!(ended.err.contains("tx_run has sent it: all outputs are off"), "{ended:?}");
     wait_stopped(&txt);
+}
+
+/// Over a slow network. The last exchange comes after that answer.
+#[test]
+fn a_program_that_waits_for_an_answer_still_sends_its_last_exchange() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "pc.c", "");
+    wait_for(&txt, "the motor turns", turns);
+    txt.with_machine(|machine| machine.disturb(FaultKind::Delay(Duration::from_millis(1400))));
+    run.signal(libc::SIGTERM);
+    let ended = run.end();
+    ended.badly("pc was ended by SIGTERM");
+    assert!(!ended.err.contains("last exchange"), "{ended:#?}");
+    wait_stopped(&txt);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn while_one_controller_does_not_answer_another_one_of_a_killed_program_is_stopped() {
+    if !has_compiler() {
+        return;
+    }
+    let [lost, other] = [txt().start().unwrap(), txt().start().unwrap()];
+    let (lost_at, ports) =
+        (lost.address(), format!("COM4={}, COM5={}", lost.address(), other.address()));
+    let mut command = tx_run(&[]);
+    let run = Run::start(command.arg(program("both.c")).env("FT_TXT_PORTS", ports));
+    wait_for(&other, "the motor turns", turns);
+    drop(lost);
+    let silent = TcpListener::bind(lost_at).unwrap();
+    // It tries to stop that one.
+    let (mut tries, _) = silent.accept().unwrap();
+    send("KILL", &program_of(&run));
+    wait_stopped(&other);
+    tries.set_nonblocking(true).unwrap();
+    let end = io::copy(&mut tries, &mut io::sink()).unwrap_err();
+    assert_eq!(end.kind(), io::ErrorKind::WouldBlock, "it has given the first one up before");
+    run.end().badly("both was ended by SIGKILL (it was killed)");
 }
 
 /// A name leads nowhere when the network is away.
