@@ -174,10 +174,18 @@ impl Bench {
         }
     }
 
+    /// The same, but what still arrives stops the motors.
+    fn give_up_session(&mut self) {
+        if let Some(session) = self.session.take() {
+            self.left_moving |= session.is_moving;
+            session.abandon();
+        }
+    }
+
     /// Waits until the controller answers again, and stops it if an output may be on: how long that took, `None`
     /// when it does not.
     pub(super) fn comes_back(&mut self) -> Result<Option<Duration>, Trouble> {
-        self.drop_session();
+        self.give_up_session();
         let begin = Instant::now();
         while begin.elapsed() < COMES_BACK {
             match self.status() {
@@ -218,7 +226,7 @@ impl Bench {
             if self.begin(Holds::I2c).is_ok() && self.end().is_ok() {
                 return true;
             }
-            self.drop_session();
+            self.give_up_session();
             // This pause can't be interrupted.
             let _ = self.pause(ASK_AGAIN);
         }

@@ -1,7 +1,7 @@
 //! A connection to one of the controller's ports, for checks that also want to know what does not come.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpStream};
+use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{never, Receiver};
@@ -24,10 +24,15 @@ pub(super) enum Heard {
     Silence,
 }
 
+/// How long a connection that is given up is read: with answers unread, closing it would take away what was sent.
+const FAREWELL: Duration = Duration::from_millis(500);
+
 /// No wait on it is longer than its limit. Ctrl-C ends each, but none for a packet that has to come.
 pub(super) struct Line {
     stream: TcpStream,
     interrupted: Receiver<()>,
+    /// What is sent when Ctrl-C is pressed while a packet has to come.
+    pub(super) at_interrupt: Option<Vec<u8>>,
 }
 
 impl Line {
@@ -43,7 +48,7 @@ impl Line {
         };
         // A request is one segment, sent at once.
         stream.set_nodelay(true).map_err(|error| Trouble::Lost(error.to_string()))?;
-        Ok(Some(Self { stream, interrupted: interrupted.clone() }))
+        Ok(Some(Self { stream, interrupted: interrupted.clone(), at_interrupt: None }))
     }
 
     /// From now on Ctrl-C ends nothing.
@@ -82,6 +87,9 @@ impl Line {
         let mut there = 0;
         while there < count {
             check(interrupted)?;
+            if let Some(request) = self.at_interrupt.take_if(|_| !self.interrupted.is_empty()) {
+                self.send(&request)?;
+            }
             let left = limit.saturating_sub(begin.elapsed());
             if left.is_zero() {
                 return Ok(Heard::Silence);
@@ -95,6 +103,20 @@ impl Line {
             }
         }
         Ok(Heard::Bytes(bytes))
+    }
+
+    /// Sends this on a connection that is given up.
+    pub(super) fn send_last(&mut self, bytes: &[u8]) {
+        let sent = self.send(bytes).is_ok() && self.stream.shutdown(Shutdown::Write).is_ok();
+        let begin = Instant::now();
+        while sent && begin.elapsed() < FAREWELL {
+            let limited = self.stream.set_read_timeout(Some(SLICE));
+            match limited.and_then(|()| self.stream.read(&mut [0; 4096])) {
+                Ok(1..) => {}
+                Err(error) if is_pause(error.kind()) => {}
+                Ok(0) | Err(_) => return,
+            }
+        }
     }
 
     /// The answer to `request`, which has this number of bytes.

@@ -116,7 +116,7 @@ impl Session {
         // Without an answer nobody knows.
         self.is_moving |= moves;
         self.main.send(&request)?;
-        self.take_answer()?;
+        self.take_answer_or_stop()?;
         self.is_moving = moves;
         if let Some(i2c) = &mut self.i2c {
             i2c.keep()?;
@@ -125,6 +125,42 @@ impl Session {
             return Err(Trouble::Button);
         }
         Ok(())
+    }
+
+    /// The answer may come late, or never. When Ctrl-C is pressed meanwhile, the last exchange does not wait for it.
+    fn take_answer_or_stop(&mut self) -> Result<(), Trouble> {
+        if !self.is_moving {
+            return self.take_answer();
+        }
+        let (request, compressor) = self.last_request();
+        self.main.at_interrupt = Some(request);
+        let answered = self.take_answer();
+        if self.main.at_interrupt.take().is_some() {
+            return answered;
+        }
+        self.compressor = compressor;
+        answered?;
+        self.take_answer()?;
+        self.is_moving = false;
+        Err(Trouble::Interrupted)
+    }
+
+    /// The request after which nothing moves or sounds any more, and how the next one is compressed then.
+    fn last_request(&mut self) -> (Vec<u8>, Compressor) {
+        let stopped = self.stopped();
+        let outputs = mem::replace(&mut self.outputs, stopped);
+        let compressor = self.compressor.clone();
+        let request = self.request(self.inputs.extensions);
+        self.outputs = outputs;
+        (request, mem::replace(&mut self.compressor, compressor))
+    }
+
+    /// Stops motors over a connection that may not work any more.
+    pub(super) fn abandon(mut self) {
+        if self.is_moving {
+            let (request, _) = self.last_request();
+            self.main.send_last(&request);
+        }
     }
 
     /// This number of exchanges.
@@ -184,17 +220,30 @@ impl Session {
 
     /// The exchange after which nothing moves or sounds any more.
     pub(super) fn last_exchange(&mut self) -> Result<(), Trouble> {
-        let before = mem::take(&mut self.outputs);
-        // The next id of each motor ends its distance.
-        let ids = before.motor_command_id;
-        self.outputs.motor_command_id = ids.map(|id| if id == 0 { 0 } else { id.wrapping_add(1) });
-        self.outputs.counter_reset_id = before.counter_reset_id;
-        self.outputs.sound_command_id =
-            before.sound_command_id.wrapping_add(u16::from(self.is_playing));
+        self.outputs = self.stopped();
         self.obeys_button = false;
         self.exchange()?;
         self.is_playing = false;
         Ok(())
+    }
+
+    /// What it sends.
+    fn stopped(&self) -> ExchangeData {
+        let before = &self.outputs;
+        let sound = before.sound_command_id.wrapping_add(u16::from(self.is_playing));
+        ExchangeData {
+            // The next id of each motor ends its distance.
+            motor_command_id: before.motor_command_id.map(|id| {
+                if id == 0 {
+                    0
+                } else {
+                    id.wrapping_add(1)
+                }
+            }),
+            counter_reset_id: before.counter_reset_id,
+            sound_command_id: sound,
+            ..ExchangeData::default()
+        }
     }
 
     /// Stops everything and ends online mode, also after Ctrl-C: how long StopOnline took, and the connection, which goes on.
@@ -235,4 +284,86 @@ pub(super) fn config_packet(config_id: i16, config: Config) -> Vec<u8> {
     let mut out = Vec::new();
     UpdateConfig { config_id, extension_id: 0, config }.emit(&mut out);
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Read, Write};
+    use std::net::{SocketAddr, TcpListener, TcpStream};
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::sync::Arc;
+    use std::thread;
+
+    use crossbeam_channel::{bounded, Receiver};
+    use ft_transfer_area_simulator::SimulatedTxt;
+
+    use super::*;
+
+    /// Longer than anything takes on a busy computer.
+    const LIMIT: Duration = Duration::from_secs(60);
+
+    /// Passes one connection on to the controller. While `is_hole` no answer comes back.
+    fn passage(to: SocketAddr, is_hole: &Arc<AtomicBool>) -> SocketAddr {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let (address, is_hole) = (listener.local_addr().unwrap(), Arc::clone(is_hole));
+        thread::spawn(move || {
+            let (client, _) = listener.accept().unwrap();
+            let txt = TcpStream::connect(to).unwrap();
+            let never = Arc::new(AtomicBool::new(false));
+            let (from, into) = (client.try_clone().unwrap(), txt.try_clone().unwrap());
+            thread::spawn(move || pass(from, into, &never));
+            pass(txt, client, &is_hole);
+        });
+        address
+    }
+
+    fn pass(mut from: TcpStream, mut to: TcpStream, is_hole: &AtomicBool) {
+        let mut bytes = [0; 4096];
+        while let Ok(count @ 1..) = from.read(&mut bytes) {
+            if !is_hole.load(Ordering::SeqCst) && to.write_all(&bytes[..count]).is_err() {
+                return;
+            }
+        }
+    }
+
+    /// A session with M1 on, whose next answers do not come.
+    fn moving(txt: &SimulatedTxt, interrupted: &Receiver<()>) -> Session {
+        let is_hole = Arc::new(AtomicBool::new(false));
+        let line = Line::connect(passage(txt.address(), &is_hole), interrupted).unwrap().unwrap();
+        let mut session = Session::begin(line, FirmwareVersion::new(4, 7, 0)).unwrap();
+        session.outputs.duty[0] = 512;
+        session.exchange().unwrap();
+        is_hole.store(true, Ordering::SeqCst);
+        session
+    }
+
+    fn turns(txt: &SimulatedTxt, is_on: bool) -> bool {
+        txt.wait_until(|machine| (machine.area(0).output.duty[0] != 0) == is_on, LIMIT)
+    }
+
+    #[test]
+    fn while_an_answer_stays_away_ctrl_c_stops_the_motors() {
+        let txt = SimulatedTxt::builder().start().unwrap();
+        let (interrupt, interrupted) = bounded(1);
+        let mut session = moving(&txt, &interrupted);
+        assert!(turns(&txt, true));
+        let exchanges = txt.with_machine(|machine| machine.exchanges());
+        thread::scope(|scope| {
+            scope.spawn(|| session.exchange());
+            assert!(txt.wait_until(|machine| machine.exchanges() > exchanges, LIMIT));
+            interrupt.send(()).unwrap();
+            assert!(turns(&txt, false));
+        });
+    }
+
+    #[test]
+    fn a_session_that_is_given_up_stops_the_motors() {
+        let txt = SimulatedTxt::builder().start().unwrap();
+        let (_interrupt, interrupted) = bounded(1);
+        let mut session = moving(&txt, &interrupted);
+        assert!(turns(&txt, true));
+        assert!(matches!(session.exchange(), Err(Trouble::Lost(_))));
+        session.abandon();
+        assert!(turns(&txt, false));
+    }
 }
