@@ -57,6 +57,7 @@
 //! | exchange over a connection of your own | [`Exchange`] |
 //! | look at the bytes | [`wire`] |
 //! | find controllers | the host `auto`, or [`find_controllers`] |
+//! | switch off what another program has left on | [`stop_controller`] |
 //! | get the camera's pictures | [`TransferAreaComHandler::start_camera`], [`TxtClient::start_camera`] |
 //! | read and write I2C devices | [`TransferAreaComHandler::i2c`], or an [`I2cClient`] alone |
 //! | develop and test without a controller | the crate [`ft-transfer-area-simulator`], with [`TransferAreaComHandlerBuilder::lock_step`] for the same result in each run |
@@ -137,6 +138,8 @@ pub use events::{
 pub use exchange::{Exchange, Inputs, TransferMode};
 pub use firmware::FirmwareVersion;
 pub use found::{ConnectionKind, FoundController, FoundControllers, TriedAddress};
+#[cfg(not(all(test, shuttle)))]
+pub use handler::stop_controller;
 pub use handler::{
     CycleLog, Events, TransferAreaComHandler, TransferAreaComHandlerBuilder, TransferAreaGuard,
     TransferAreas,

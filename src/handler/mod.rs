@@ -12,6 +12,8 @@ mod program;
 mod settings;
 mod shared;
 mod state;
+#[cfg(not(all(test, shuttle)))]
+mod stop;
 mod sync;
 mod transfer;
 
@@ -20,3 +22,5 @@ pub use com_handler::TransferAreaComHandler;
 pub use events::{CycleLog, Events};
 pub use program::area::TransferAreas;
 pub use program::guard::TransferAreaGuard;
+#[cfg(not(all(test, shuttle)))]
+pub use stop::stop_controller;

@@ -6,8 +6,11 @@ use std::time::Duration;
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::wire::{CommandId, ExchangeData};
-use ft_transfer_area::{Error, TimeLimits, TransferAreaComHandler};
-use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area::{
+    stop_controller, Error, Exchange, FishX1Transfer, TimeLimits, TransferAreaComHandler,
+    TransferMode, TxtClient,
+};
+use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, strict, wait_until, Record};
 
@@ -183,4 +186,35 @@ fn a_connection_that_the_controller_closes_leaves_the_motors_to_the_board() {
     assert_eq!(outputs.duty, [512, 0, 0, 300, 0, 0, 100, 0], "no exchange can be sent");
     assert!(matches!(handler.end_transfer(), Err(Error::ConnectionClosed { .. })));
     assert_eq!(handler.areas().lock()[LOCAL_IO].output.duty, [0; 8]);
+}
+
+#[test]
+fn what_a_lost_program_has_left_on_is_stopped_without_configurations() {
+    let txt = SimulatedTxt::builder().extensions(1).start().unwrap();
+    let mut client = TxtClient::connect(txt.address(), TimeLimits::default()).unwrap();
+    let version = client.query_status().unwrap().version;
+    client.start_online().unwrap();
+    let mut exchange = Exchange::new(TransferMode::Compressed, version);
+    let mut areas = vec![FishX1Transfer::default(); 2];
+    // Outputs of an extension are sent when a response has said that it is there.
+    for _ in 0..2 {
+        for area in &mut areas {
+            area.output.duty[0] = 512;
+        }
+        client.do_transfer(&mut exchange, &mut areas).unwrap();
+    }
+    let duties = |machine: &Machine| [0, 1].map(|at| machine.controllers[at].outputs.duty[0]);
+    assert_eq!(txt.with_machine(|machine| duties(machine)), [512; 2]);
+    drop(client);
+    wait_until(&txt, "it has left", |machine| !machine.connected());
+    let before = txt.with_machine(|machine| machine.commands().count());
+
+    let stopped = stop_controller(txt.address(), TimeLimits::default()).unwrap();
+    assert_eq!(stopped.version, version);
+    txt.with_machine(|machine| {
+        assert_eq!(duties(machine), [0; 2]);
+        let sent: Vec<_> = machine.commands().skip(before).collect();
+        // Without the exchanges.
+        assert_eq!(sent, [CommandId::QueryStatus, CommandId::StartOnline, CommandId::StopOnline]);
+    });
 }

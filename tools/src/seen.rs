@@ -71,7 +71,7 @@ impl Controllers {
     }
 }
 
-/// How long a program that is online may be silent. The maker's firmware closes the connection after 5 s, and then
+/// How long a program that is online and its controller may be silent. The maker's firmware closes the connection after 5 s, and then
 /// nothing can be sent on it.
 pub(crate) const SILENCE: Duration = Duration::from_millis(4500);
 
@@ -115,7 +115,8 @@ impl fmt::Display for Gone {
             }
             Self::Reset => f.write_str("the program's connection broke while it was online"),
             Self::Silent => {
-                write!(f, "the program was online and silent for {} s", SILENCE.as_secs_f64())
+                let seconds = SILENCE.as_secs_f64();
+                write!(f, "the program was online, and neither it nor the controller said anything for {seconds} s")
             }
             Self::Lost => f.write_str(
                 "the controller has ended the connection of a program that was online, and none has come back",

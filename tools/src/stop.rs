@@ -6,8 +6,7 @@ use std::thread::{self, Scope, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::{anyhow, ensure, Context};
-use ft_transfer_area::transfer_area::MAX_AREAS;
-use ft_transfer_area::{controller_address, TransferAreaComHandler};
+use ft_transfer_area::{controller_address, stop_controller, TimeLimits};
 
 use crate::{arguments, interrupt, lines, print};
 
@@ -127,20 +126,13 @@ impl<'a> Begun<'a> {
 /// Stops a controller at this address or with this name, and tries it again for up to this limit.
 fn stop(host: &str, at: &str, limit: Duration) -> anyhow::Result<()> {
     let begin = Instant::now();
-    let stop = || -> anyhow::Result<String> {
-        let handler = TransferAreaComHandler::builder(at).areas(MAX_AREAS).build()?;
-        handler.begin_transfer()?;
-        drop(handler.areas().wait_cycle()?);
-        handler.end_transfer()?;
-        Ok(handler.device_name().unwrap_or_default())
-    };
-    let name = loop {
-        match stop() {
+    let stopped = loop {
+        match stop_controller(at, TimeLimits::default()) {
             Err(_) if begin.elapsed() < limit => thread::sleep(RETRY),
             done => break done.with_context(|| format!("{host} is not stopped"))?,
         }
     };
-    let reported = format!("all outputs of {} are off", print::clean(&name));
+    let reported = format!("all outputs of {} are off", print::clean(&stopped.name()));
     if limit.is_zero() {
         return print::line(reported);
     }

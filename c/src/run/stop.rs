@@ -3,16 +3,16 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::MAX_AREAS;
-use ft_transfer_area::{Error, TransferAreaComHandler};
+use ft_transfer_area::{stop_controller, Error, TimeLimits};
 
-/// For how long it is tried again while the system starts no thread: what the program has left running may end soon.
+/// For how long it is tried again while the system starts no thread to look up a name: what the program has left running
+/// may end soon.
 const TRIES: Duration = Duration::from_secs(10);
 const RETRY: Duration = Duration::from_millis(100);
 
 /// Goes online, sends an exchange with all outputs off, also those of extensions, and goes offline.
 pub(crate) fn stop(host: &str) -> Result<(), Error> {
-    until_threads_start(|| try_to_stop(host))
+    until_threads_start(|| stop_controller(host, TimeLimits::default()).map(drop))
 }
 
 fn until_threads_start(attempt: impl Fn() -> Result<(), Error>) -> Result<(), Error> {
@@ -23,13 +23,6 @@ fn until_threads_start(attempt: impl Fn() -> Result<(), Error>) -> Result<(), Er
             done => return done,
         }
     }
-}
-
-fn try_to_stop(host: &str) -> Result<(), Error> {
-    let handler = TransferAreaComHandler::builder(host).areas(MAX_AREAS).build()?;
-    handler.begin_transfer()?;
-    drop(handler.areas().wait_cycle()?);
-    handler.end_transfer()
 }
 
 #[cfg(test)]

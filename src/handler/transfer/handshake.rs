@@ -37,7 +37,7 @@ impl Link {
 }
 
 /// How long to wait between two attempts while the firmware's program starts again.
-const RESTART_PAUSE: Duration = Duration::from_millis(200);
+pub(crate) const RESTART_PAUSE: Duration = Duration::from_millis(200);
 
 /// Connects for a transfer that begins, as [`connect`]. When the controller closes the connection at StartOnline,
 /// tries again within the limit for connecting.

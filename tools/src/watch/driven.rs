@@ -128,10 +128,10 @@ impl Driven {
         self.drives || self.leaves
     }
 
-    /// When the program will have been silent for too long. A program that waits for a response is not silent, while
-    /// one can come.
+    /// When both sides will have been silent for too long. A program that waits until the controller has served another one
+    /// is not, while a response can come.
     pub(super) fn silent_at(&self, can_come: bool) -> Option<Instant> {
-        let waits = can_come && !self.responses.are_all_here();
+        let waits = can_come && !self.is_served && !self.responses.are_all_here();
         (self.drives && !waits).then(|| self.heard + SILENCE)
     }
 
@@ -337,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn a_program_that_waits_for_a_response_is_not_silent() {
+    fn a_program_that_waits_for_its_first_response_is_not_silent() {
         let mut driven = Driven::new();
         let at = Instant::now();
         assert_eq!(driven.silent_at(true), None);
@@ -345,6 +345,9 @@ mod tests {
         assert_eq!(driven.silent_at(true), None);
         assert_eq!(driven.silent_at(false), Some(at + SILENCE));
         driven.received(at, &ResponseId::StartOnline.id().to_le_bytes());
+        assert_eq!(driven.silent_at(true), Some(at + SILENCE));
+        // The controller closes the connection a moment later, whether its response is lost or not.
+        driven.sent(at, &packet(CommandId::ExchangeData));
         assert_eq!(driven.silent_at(true), Some(at + SILENCE));
         driven.sent(at, &packet(CommandId::StopOnline));
         driven.received(at, &ResponseId::StopOnline.id().to_le_bytes());
@@ -360,9 +363,9 @@ mod tests {
         }
         assert!(!driven.is_served());
         driven.received(at, &ResponseId::StartOnline.id().to_le_bytes());
-        assert_eq!(driven.silent_at(true), None);
+        assert!(!driven.responses.are_all_here());
         driven.received(at, &[&ResponseId::QueryStatus.id().to_le_bytes()[..], &[0; 20]].concat());
-        assert_eq!(driven.silent_at(true), Some(at + SILENCE));
+        assert!(driven.responses.are_all_here());
         assert!(driven.is_served());
     }
 
