@@ -23,10 +23,15 @@ pub(crate) fn from_environment() -> Option<String> {
 /// What an environment variable says; `None` when it is empty or not set. One that the program has removed, as by
 /// clearing its environment, says what it did at the beginning.
 pub(crate) fn variable(name: &str) -> Option<String> {
-    let at_first = || AT_FIRST.get()?.get(OsStr::new(name)).cloned();
     // A host that is not UTF-8 is found nowhere: without it, another controller would be driven.
-    let value = env::var_os(name).or_else(at_first)?.to_string_lossy().into_owned();
+    let value = variable_as_it_is(name)?.to_string_lossy().into_owned();
     Some(value.trim().to_owned()).filter(|value| !value.is_empty())
+}
+
+/// The same for the name of a folder, which may be in any encoding.
+pub(crate) fn variable_as_it_is(name: &str) -> Option<OsString> {
+    let at_first = || AT_FIRST.get()?.get(OsStr::new(name)).cloned();
+    env::var_os(name).or_else(at_first).filter(|value| !value.is_empty())
 }
 
 /// What the variables of this library said when it was loaded: that is how `tx_run` tells it which controller to drive, and

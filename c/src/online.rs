@@ -29,7 +29,7 @@ const CHANGE_LIMIT: Duration = Duration::from_millis(300);
 
 /// Whether `tx_run` has started the program. Then `FT_TXT_HOST` is the controller that it has said.
 pub(crate) fn is_of_tx_run() -> bool {
-    host::variable(VARIABLE).is_some()
+    host::variable_as_it_is(VARIABLE).is_some()
 }
 
 /// The mark of this process.
@@ -70,11 +70,12 @@ impl Online {
     /// lead nowhere, or to another one, when `tx_run` has to stop it.
     pub(crate) fn begin(address: Option<SocketAddr>, host: &str) -> Self {
         let host = address.map_or_else(|| host.to_owned(), |address| address.to_string());
-        Self::with_folder(host::variable(VARIABLE).as_deref(), &host)
+        let folder = host::variable_as_it_is(VARIABLE).map(PathBuf::from);
+        Self::with_folder(folder.as_deref(), &host)
     }
 
-    fn with_folder(folder: Option<&str>, host: &str) -> Self {
-        let note = folder.and_then(|folder| match Note::new(folder.as_ref(), host) {
+    fn with_folder(folder: Option<&Path>, host: &str) -> Self {
+        let note = folder.and_then(|folder| match Note::new(folder, host) {
             Ok(note) => Some(note),
             Err(error) => {
                 log::warn!("tx_run can't stop the motors if this program is killed: {error:#}");

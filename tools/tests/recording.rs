@@ -404,6 +404,13 @@ fn a_table_that_fails_tells_on_which_side() {
     }
     let itself = run(&["csv", &path, "-o", &path]);
     assert_eq!(said(&itself).trim_end(), format!("can't write {path}: it is the recording"));
+    // Nor under another name, as a table or a picture.
+    for (name, command) in [("hard.csv", "csv"), ("run.svg", "plot")] {
+        let other = in_folder(&folder, name);
+        fs::hard_link(&path, &other).unwrap();
+        let itself = run(&[command, &path, "-o", &other]);
+        assert_eq!(said(&itself).trim_end(), format!("can't write {other}: it is the recording"));
+    }
     assert!(run(&["info", &path]).status.success(), "it is as it was");
     if cfg!(target_os = "linux") {
         let full = said(&run(&["csv", &path, "-o", "/dev/full"]));

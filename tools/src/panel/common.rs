@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 use ft_transfer_area::Error;
 
@@ -13,6 +13,8 @@ use super::control_lock::ControlLock;
 pub(crate) struct Common {
     pub(crate) control: ControlLock,
     pub(crate) begin: Instant,
+    /// When that was, in milliseconds since 1970: a page sees by it that the program was started anew.
+    pub(crate) began: u64,
     /// The program ends.
     ending: AtomicBool,
 }
@@ -20,7 +22,8 @@ pub(crate) struct Common {
 impl Common {
     pub(crate) fn new() -> Self {
         let control = ControlLock::default();
-        Self { control, begin: Instant::now(), ending: AtomicBool::new(false) }
+        let began = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default().as_millis() as u64;
+        Self { control, begin: Instant::now(), began, ending: AtomicBool::new(false) }
     }
 
     pub(crate) fn end(&self) {

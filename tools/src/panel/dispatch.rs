@@ -105,7 +105,9 @@ impl Panel {
         let host = |(id, host): (usize, &Host)| json!({"id": id, "address": host.address, "simulated": host.is_simulated(), "driven": host.is_driven(), "hands": host.has_hands(), "watched": host.is_watched(), "names": host.names()});
         let hosts: Vec<_> = self.hosts.iter().enumerate().map(host).collect();
         let version = env!("CARGO_PKG_VERSION");
-        json!({"type": "hello", "version": version, "page": page, "hosts": hosts}).to_string()
+        let began = self.common.began;
+        json!({"type": "hello", "version": version, "began": began, "page": page, "hosts": hosts})
+            .to_string()
     }
 
     /// The newest state of a controller, for this page; `None` before the first.

@@ -1,15 +1,16 @@
 //! `txt csv`.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::Context;
 use ft_transfer_area_recorder::{Column, Recorded, Recording};
 
 use super::clock::Clock;
+use super::ensure_is_another;
 use super::in_parts::ensure_is_one;
 use super::part::Part;
 use super::survey::{progress, Survey};
@@ -46,6 +47,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     ensure_is_one(&args.file)?;
+    args.output.iter().try_for_each(|output| ensure_is_another(output, &args.file))?;
     let names = args.names.read()?;
     let mut recording = Recording::open(&args.file)?;
     let mut columns = args.columns;
@@ -57,7 +59,8 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let table = Table { columns, names, part };
     let done = match &args.output {
         Some(path) => {
-            create(path, &args.file).and_then(|file| table.write(recording, BufWriter::new(file)))
+            let file = File::create(path).map_err(Failure::Write);
+            file.and_then(|file| table.write(recording, BufWriter::new(file)))
         }
         None => table.write(recording, io::stdout().lock()),
     };
@@ -89,15 +92,6 @@ impl From<csv::Error> for Failure {
             other => io::Error::other(format!("{other:?}")),
         })
     }
-}
-
-/// Creates the table, which must not take the place of its recording.
-fn create(path: &Path, recording: &Path) -> Result<File, Failure> {
-    let (table, recording) = (fs::canonicalize(path), fs::canonicalize(recording));
-    if table.is_ok_and(|table| recording.is_ok_and(|recording| table == recording)) {
-        return Err(Failure::Write(io::Error::other("it is the recording")));
-    }
-    File::create(path).map_err(Failure::Write)
 }
 
 /// What is written.

@@ -107,7 +107,7 @@ let shownSteps = "";
 
 const connection = new Connection({
   hello(message) {
-    setHosts(message.hosts);
+    setHosts(message);
     dropView();
   },
   state(message) {

@@ -27,7 +27,7 @@ let focused = null;
 
 const connection = new Connection({
   hello(message) {
-    setHosts(message.hosts);
+    setHosts(message);
     // Who only looks at several ones begins with all.
     const onlyLooks = message.hosts.length > 1 && message.hosts.every((host) => !host.driven && !host.hands);
     if (shown.host === null || (shown.host !== "all" && !hosts.has(shown.host))) shown.host = onlyLooks ? "all" : message.hosts[0]?.id ?? "all";

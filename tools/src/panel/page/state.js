@@ -79,11 +79,15 @@ class Host {
 /** The hosts by id, in the order of the command line. */
 export const hosts = new Map();
 
-export function setHosts(list) {
+// When the program was started that has sent them.
+let began = null;
+
+export function setHosts(hello) {
   // After a reconnection they are most often the same ones, and their lines go on.
-  const before = new Map(hosts);
+  const before = new Map(hello.began === began ? hosts : []);
+  began = hello.began;
   hosts.clear();
-  for (const info of list) {
+  for (const info of hello.hosts) {
     const known = before.get(info.id);
     hosts.set(info.id, known && known.address === info.address ? known : new Host(info));
   }

@@ -19,8 +19,6 @@ export class History {
 
   /** `null` is a time of which nothing is known. */
   push(at, value) {
-    // The program was started anew.
-    if (this.length && at < this.end) this.clear();
     if (this.length && at - this.end > GAP_MS) this.add(this.end, NaN);
     this.add(at, value ?? NaN);
   }

@@ -11,6 +11,7 @@ use anyhow::bail;
 use ft_transfer_area::transfer_area::{MAX_AREAS, MAX_EXTENSIONS};
 use ft_transfer_area_recorder::{value_names, Column, Cycle};
 
+use super::ensure_is_another;
 use super::in_parts::ensure_is_one;
 use super::plot::{self, second_over_first};
 use super::survey::progress;
@@ -50,7 +51,10 @@ pub(crate) struct Args {
 
 /// Returns whether they are the same.
 pub(crate) fn run(args: Args) -> anyhow::Result<bool> {
-    [&args.first, &args.second].into_iter().try_for_each(|file| ensure_is_one(file))?;
+    for file in [&args.first, &args.second] {
+        ensure_is_one(file)?;
+        args.plot.iter().try_for_each(|output| ensure_is_another(output, file))?;
+    }
     let names = args.names.read()?;
     let mut sides = [Side::open(&args.first)?, Side::open(&args.second)?];
     let found = compare(&mut sides, &args.terminals, &names)?;

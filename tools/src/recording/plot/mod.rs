@@ -16,6 +16,7 @@ use ft_transfer_area_recorder::{Column, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::clock::Clock;
+use super::ensure_is_another;
 use super::in_parts::ensure_is_one;
 use super::part::Part;
 use super::whole::say_what_is_missing;
@@ -72,6 +73,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         bail!("{}: {NAME}", output.display());
     }
     ensure_is_one(&args.recording)?;
+    ensure_is_another(args.html.as_deref().unwrap_or(&output), &args.recording)?;
     let names = args.names.read()?;
     let mut recording = Recording::open(&args.recording)?;
     let part = args.part.of(&mut recording, &args.recording)?;
