@@ -20,7 +20,7 @@ use crate::port_entries::entries;
 use crate::program::Program;
 use crate::symbols::Entry;
 use crate::target::Target;
-use crate::{signals, write_sentence, Sentence};
+use crate::{signals, stop, write_sentence, Sentence};
 
 /// The environment variable that names the controller.
 const HOST: &str = "FT_TXT_HOST";
@@ -121,12 +121,16 @@ pub(crate) fn run(
         let left = ending.ok().and_then(|ending| ending.join().ok());
         (left.unwrap_or_else(|| forks.end()), stopped)
     });
-    match left {
-        Left::Ended => stopped.retain(|(is_over, _)| *is_over),
-        Left::Nothing | Left::Unknown => online.give_up(),
+    stopped.retain(|(is_over, _)| *is_over);
+    for host in online.not_stopped() {
+        let seconds = stop::TRIES.as_secs();
+        drop(to_say.try_send(format!(
+            "{host} could not be stopped; it is tried for {seconds} s, unless you press Ctrl-C twice"
+        )));
     }
     // Also those that could not be stopped while the program ran.
     stopped.extend(stop_left(&mut online, target, While::HasEnded));
+    drop(to_say);
     let forks = match left {
         Left::Nothing => None,
         Left::Ended => Some(format!("what {name} has left running was ended")),

@@ -200,6 +200,7 @@ impl Online {
             let thread = begun.get(host).and_then(|thread| thread.lock().take());
             match thread.and_then(|thread| thread.join().ok()) {
                 Some(Ok(())) if !is_needed(host) => Ok(()),
+                _ if program == While::HasEnded => stop::stop_in_time(host),
                 _ => stop::stop(host),
             }
         };
@@ -221,9 +222,9 @@ impl Online {
         seen.into_iter().map(|(host, _)| host).chain(named).collect()
     }
 
-    /// Those that could not be stopped are not tried again.
-    pub(crate) fn give_up(&mut self) {
-        self.failed.clear();
+    /// The hosts that could not be stopped.
+    pub(crate) fn not_stopped(&self) -> impl Iterator<Item = &String> {
+        self.failed.keys()
     }
 
     /// Whether transfers are left that no process has any more: it has ended, or has become another program. Or that the

@@ -4,9 +4,15 @@ use std::env;
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, ErrorKind};
 use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::sync_channel;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use crate::target::several;
 use crate::{say, signals, Sentence};
+
+/// How long the world may take until it is shown.
+const LIMIT: Duration = Duration::from_secs(20);
 
 /// A running `txt simulate --show`. It ends with this value.
 pub(crate) struct Shown {
@@ -46,10 +52,14 @@ impl Shown {
         Ok(shown)
     }
 
-    /// Reads the lines before the page's: with the address.
+    /// Reads the lines before the page's: with the address. Another program may have the name `txt`.
     fn wait_for_page(&mut self) -> Option<String> {
         let out = BufReader::new(self.process.stdout.take()?);
-        for line in out.lines().map_while(Result::ok) {
+        let (sender, lines) = sync_channel(16);
+        let read = move || out.lines().map_while(Result::ok).try_for_each(|line| sender.send(line));
+        thread::Builder::new().spawn(read).ok()?;
+        let limit = Instant::now() + LIMIT;
+        while let Ok(line) = lines.recv_timeout(limit.saturating_duration_since(Instant::now())) {
             if let Some(address) = line.strip_prefix("main ") {
                 self.address = address.to_owned();
             } else if let Some(page) = line.strip_prefix("page ") {

@@ -39,6 +39,14 @@ static WRITING: AtomicUsize = AtomicUsize::new(0);
 /// Whether the program has begun. Before that nothing can move.
 static HAS_PROGRAM: AtomicBool = AtomicBool::new(false);
 
+/// Whether a second signal has come when the program had ended.
+static GIVES_UP: AtomicBool = AtomicBool::new(false);
+
+/// Whether nothing is to be tried any more.
+pub(crate) fn gives_up() -> bool {
+    GIVES_UP.load(Ordering::SeqCst)
+}
+
 /// From now on a second signal does not end this process, which has to stop what the program leaves.
 pub(crate) fn begin_program() {
     HAS_PROGRAM.store(true, Ordering::SeqCst);
@@ -283,11 +291,16 @@ mod unix {
             });
             let is_second = since.elapsed() >= SECOND_AFTER;
             let signal = if is_second { SIGKILL } else { came.si_signo };
-            for process in children().iter() {
+            let children = children();
+            if is_second && children.is_empty() {
+                super::GIVES_UP.store(true, Ordering::SeqCst);
+            }
+            for process in children.iter() {
                 let has_it = !is_second && got_it_too(&came, *process);
                 // One that is suspended goes on, to end.
                 send(*process, if has_it { libc::SIGCONT } else { signal });
             }
+            drop(children);
             let has_program = super::HAS_PROGRAM.load(Ordering::SeqCst);
             if is_second && (!has_program || super::WRITING.load(Ordering::SeqCst) > 0) {
                 super::end_now();

@@ -5,14 +5,28 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::{stop_controller, Error, TimeLimits};
 
-/// For how long it is tried again while the system starts no thread to look up a name: what the program has left running
-/// may end soon.
-const TRIES: Duration = Duration::from_secs(10);
+use crate::signals;
+
+/// For how long it is tried again: a network may be away for a moment, the controller start its firmware again, and what
+/// the program has left running leave no thread to look up a name.
+pub(crate) const TRIES: Duration = Duration::from_secs(10);
 const RETRY: Duration = Duration::from_millis(100);
 
 /// Goes online, sends an exchange with all outputs off, also those of extensions, and goes offline.
 pub(crate) fn stop(host: &str) -> Result<(), Error> {
     until_threads_start(|| stop_controller(host, TimeLimits::default()).map(drop))
+}
+
+/// The same when the program has ended, and nobody tries it later: again and again for some time, unless a second signal
+/// gives it up.
+pub(crate) fn stop_in_time(host: &str) -> Result<(), Error> {
+    let begin = Instant::now();
+    loop {
+        match stop(host) {
+            Err(_) if begin.elapsed() < TRIES && !signals::gives_up() => thread::sleep(RETRY),
+            done => return done,
+        }
+    }
 }
 
 fn until_threads_start(attempt: impl Fn() -> Result<(), Error>) -> Result<(), Error> {

@@ -309,6 +309,29 @@ fn while_one_controller_does_not_answer_another_one_of_a_killed_program_is_stopp
     run.end().badly("both was ended by SIGKILL (it was killed)");
 }
 
+/// As when its firmware is started again.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_controller_that_is_away_when_its_program_is_killed_is_stopped_when_it_is_back() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "pc.c", "");
+    wait_for(&txt, "the motor turns", turns);
+    let process = program_of(&run);
+    txt.with_machine(|machine| machine.set_absent(true));
+    send("KILL", &process);
+    wait_until("the program has ended", || has_ended(process.parse().unwrap()));
+    // The first try is over in this time.
+    thread::sleep(Duration::from_millis(500));
+    txt.with_machine(|machine| machine.set_absent(false));
+    let ended = run.end();
+    ended.badly("tx_run has sent it: all outputs are off");
+    assert!(ended.err.contains("could not be stopped; it is tried for 10 s"), "{ended:#?}");
+    wait_stopped(&txt);
+}
+
 /// A name leads nowhere when the network is away.
 #[cfg(target_os = "linux")]
 #[test]
