@@ -314,7 +314,7 @@ mod tests {
     fn a_controller_that_is_left_again_and_again_has_one_note() {
         let folder = tempfile::tempdir().unwrap();
         File::create_new(folder.path().join(MARK)).unwrap();
-        let begin = |host| Online::with_folder(folder.path().to_str(), host);
+        let begin = |host| Online::with_folder(Some(folder.path()), host);
         // Beside the mark and the file that says that there was a transfer.
         let noted = || fs::read_dir(folder.path()).unwrap().count() - 2;
         for _ in 0..3 {
@@ -334,7 +334,7 @@ mod tests {
     fn what_can_not_be_noted_has_not_begun_for_tx_run() {
         let folder = tempfile::tempdir().unwrap();
         File::create_new(folder.path().join(MARK)).unwrap();
-        let begin = |host: &str| Online::with_folder(folder.path().to_str(), host);
+        let begin = |host: &str| Online::with_folder(Some(folder.path()), host);
         let has_begun = || folder.path().join(BEGUN).exists();
         begin("e").end();
         assert!(has_begun());
@@ -347,7 +347,7 @@ mod tests {
     fn a_transfer_that_ends_well_stands_for_one_that_was_lost() {
         let folder = tempfile::tempdir().unwrap();
         File::create_new(folder.path().join(MARK)).unwrap();
-        let begin = |host| Online::with_folder(folder.path().to_str(), host);
+        let begin = |host| Online::with_folder(Some(folder.path()), host);
         let (lost, other) = (begin("c"), begin("d"));
         let next = begin("c");
         // As a session does when the next transfer takes its place.
