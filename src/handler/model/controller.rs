@@ -13,7 +13,9 @@ use crate::error::Error;
 use crate::exchange::{Exchange, Inputs, Outgoing};
 use crate::firmware::FirmwareVersion;
 use crate::handler::sync::{now, pass};
-use crate::wire::{ExchangeData, ExchangeDataResponse, QueryStatusResponse, StartCameraOnline};
+use crate::wire::{
+    ExchangeData, ExchangeDataResponse, QueryStatusResponse, StartCameraOnline, UpdateConfig,
+};
 
 /// How long an exchange takes.
 const PACE: Duration = Duration::from_millis(10);
@@ -143,6 +145,10 @@ impl TxtClient {
     }
 
     pub(crate) fn start_online(&mut self) -> Result<(), Error> {
+        Ok(())
+    }
+
+    pub(crate) fn update_config(&mut self, _: &UpdateConfig) -> Result<(), Error> {
         Ok(())
     }
 

@@ -97,6 +97,13 @@ pub(crate) fn connect(
     client.start_online()?;
     let mut exchange = Exchange::new(settings.mode, version);
     exchange.tell_silence(settings.silence_is_done);
-    let config_updates = client.update_configs(&mut exchange, &shared.outgoing())?;
+    let areas = shared.outgoing();
+    let mut config_updates = 0;
+    // Whoever ends the transfer meanwhile waits for the exchange that stops the motors, which needs none of them.
+    while shared.stop().is_none() {
+        let Some(update) = exchange.next_config(&areas) else { break };
+        client.update_config(&update)?;
+        config_updates += 1;
+    }
     Ok((Link { client, exchange }, config_updates))
 }

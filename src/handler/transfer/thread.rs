@@ -207,4 +207,22 @@ mod tests {
         assert_eq!(exchanges, 2, "the last one stops the motors");
         assert_eq!(commands.last(), Some(&CommandId::StopOnline));
     }
+
+    #[test]
+    fn a_connection_that_only_stops_the_motors_needs_no_configurations() {
+        let peer = Peer::start();
+        let shared = Shared::running(None, false);
+        shared.state().transfer.ask_to_stop(Stop::Asked);
+        let builder = TransferAreaComHandler::builder(format!("127.0.0.1:{}", peer.port));
+        let settings = builder.build().unwrap().settings().clone();
+        let (link, _) = handshake::connect(&settings, settings.limits.connect, &shared).unwrap();
+        link.leave(1).unwrap();
+        let [status, begin, last, end] = [
+            CommandId::QueryStatus,
+            CommandId::StartOnline,
+            CommandId::ExchangeDataCmpr,
+            CommandId::StopOnline,
+        ];
+        assert_eq!(peer.commands(), [status, begin, last, end]);
+    }
 }
