@@ -17,6 +17,8 @@ const CRASHES: &[(c_int, &str)] = &[
     (libc::SIGFPE, "SIGFPE: a division by zero, or an overflow in one"),
     (libc::SIGILL, "SIGILL: something that is not an instruction"),
     (libc::SIGABRT, "SIGABRT: abort was called"),
+    (libc::SIGTRAP, "SIGTRAP: an instruction for a debugger"),
+    (libc::SIGSYS, "SIGSYS: a system call that is not allowed here"),
 ];
 
 /// The signals that ask the program to end, with their names. One that would suspend it does so, too: it is made for a

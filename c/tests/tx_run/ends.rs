@@ -80,6 +80,13 @@ fn abort_is_named() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn what_only_a_debugger_or_a_container_knows_is_named() {
+    ends("TRAP=SIGTRAP", "crashed in PrgTic with SIGTRAP");
+    ends("TRAP=SIGSYS", "crashed in PrgTic with SIGSYS");
+}
+
 #[test]
 fn exit_is_named() {
     ends("EXIT", "exit was called in PrgTic");

@@ -1,4 +1,5 @@
 /* Turns M1 until I1 is pressed, and then ends in one of many ways. */
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -61,6 +62,9 @@ int PrgTic(TA *p_ta_array, int ta_count)
 #endif
 #ifdef ABORT
     abort();
+#endif
+#ifdef TRAP
+    raise(TRAP);
 #endif
 #ifdef EXIT
     exit(0);
