@@ -1,12 +1,12 @@
-//! `SetConsoleCtrlHandler`: the program's functions for Ctrl-C and the end of the console. They run in a thread of
-//! their own, because a signal handler could not do what they do.
+//! `SetConsoleCtrlHandler`: the program's functions for Ctrl-C and the end of the console. They run in threads of their
+//! own, because a signal handler could not do what they do.
 
 use std::ffi::c_int;
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::Once;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
@@ -31,6 +31,10 @@ const CTRL_BREAK: u32 = 1;
 const CLOSE: u32 = 2;
 /// How often the thread looks for a signal.
 const LOOK: Duration = Duration::from_millis(10);
+/// How long the functions may take at the end of the console, as on Windows.
+const CLOSE_LIMIT: Duration = Duration::from_secs(5);
+/// How many events are told at once. The next ones are lost.
+const MOST_ASKED: u32 = 16;
 /// No program has more functions.
 const MOST: usize = 64;
 
@@ -41,6 +45,9 @@ static OWNER: AtomicU32 = AtomicU32::new(0);
 /// The signals that have come, for the thread: a bit for each of [`EVENTS`]. A program may close every file that it finds,
 /// so this is not written into one.
 static CAME: AtomicU32 = AtomicU32::new(0);
+
+/// How many events are being told.
+static ASKED: AtomicU32 = AtomicU32::new(0);
 
 /// Adds or removes a function of the program; without one, Ctrl-C is ignored from now on, or not.
 #[no_mangle]
@@ -87,15 +94,35 @@ extern "C" fn on_signal(signal: c_int) {
     }
 }
 
-/// The thread.
+/// The thread. Each event has another one, in which a function may wait. The end of the console is not put off by that
+/// for ever.
 fn handle() {
+    let mut closes: Option<(c_int, Instant)> = None;
     loop {
         thread::sleep(LOOK);
         let came = CAME.swap(0, Ordering::AcqRel);
         for (number, (signal, event)) in EVENTS.into_iter().enumerate() {
-            if came & 1 << number != 0 && !goes_on_after(event) {
+            if came & 1 << number == 0 {
+                continue;
+            }
+            if event == CLOSE {
+                closes.get_or_insert((signal, Instant::now()));
+            }
+            let ask = move || {
+                let goes_on = goes_on_after(event);
+                ASKED.fetch_sub(1, Ordering::AcqRel);
+                if !goes_on {
+                    exit::on_end(signal);
+                }
+            };
+            if ASKED.fetch_add(1, Ordering::AcqRel) >= MOST_ASKED {
+                ASKED.fetch_sub(1, Ordering::AcqRel);
+            } else if thread::Builder::new().name("ft/event".into()).spawn(ask).is_err() {
                 exit::on_end(signal);
             }
+        }
+        if let Some((signal, _)) = closes.filter(|(_, since)| since.elapsed() >= CLOSE_LIMIT) {
+            exit::on_end(signal);
         }
     }
 }

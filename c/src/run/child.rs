@@ -204,16 +204,17 @@ fn folder_if_gone(online: &Online) -> Option<String> {
 }
 
 /// A program may have several controllers. The folder is the one of its notes when they were removed.
-fn words_of_stop((host, stopped): (String, Result<(), Error>), gone: Option<&str>) -> String {
+fn words_of_stop((host, stopped): (String, Result<String, Error>), gone: Option<&str>) -> String {
     match (stopped, gone) {
-        (Ok(()), None) => format!(
-            "it could send no last exchange to {host}, so tx_run has sent it: all outputs are off"
+        (Ok(name), None) => format!(
+            "it could send no last exchange to {host}, so tx_run has sent it: all outputs are off; {name} has answered"
         ),
         (Err(error), None) => format!(
             "it could send no last exchange to {host}, and tx_run could not either, so motors may go on: {error:#}"
         ),
-        (Ok(()), Some(folder)) => format!(
-            "its notes in {folder} were removed, so tx_run has sent a last exchange to {host}: all outputs are off"
+        (Ok(name), Some(folder)) => format!(
+            "its notes in {folder} were removed, so tx_run has sent a last exchange to {host}: all outputs are off; {name} \
+             has answered"
         ),
         (Err(error), Some(folder)) => format!(
             "its notes in {folder} were removed, and tx_run could send no last exchange to {host}, so motors may go \

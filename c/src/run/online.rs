@@ -34,7 +34,7 @@ pub(crate) struct Online {
     #[cfg_attr(not(unix), allow(dead_code, reason = "nobody asks for the mark"))]
     mark: File,
     /// The hosts that are being stopped while the program runs, which is looked at meanwhile.
-    stopping: BTreeMap<String, JoinHandle<Result<(), Error>>>,
+    stopping: BTreeMap<String, JoinHandle<Result<String, Error>>>,
     /// The hosts that could not be stopped, and when they were tried.
     failed: BTreeMap<String, Instant>,
     /// Since when transfers are left that the program may begin again, or end itself.
@@ -156,7 +156,7 @@ impl Online {
 
     /// How those were stopped that are done, by their hosts. One that could not be stopped is tried again, and told again
     /// only at the end: what the program has made by `fork` may have ended by then, with which the controller was online.
-    pub(crate) fn take_stopped(&mut self) -> Vec<(String, Result<(), Error>)> {
+    pub(crate) fn take_stopped(&mut self) -> Vec<(String, Result<String, Error>)> {
         let is_done = |host: &&String| self.stopping[*host].is_finished();
         let done: Vec<String> = self.stopping.keys().filter(is_done).cloned().collect();
         let mut stopped = Vec::new();
@@ -170,7 +170,7 @@ impl Online {
                 continue;
             }
             let before = match result {
-                Ok(()) => self.failed.remove(&host),
+                Ok(_) => self.failed.remove(&host),
                 Err(_) => self.failed.insert(host.clone(), Instant::now()),
             };
             if result.is_ok() || before.is_none() {
@@ -186,7 +186,7 @@ impl Online {
         &mut self,
         but: Option<&str>,
         program: While,
-    ) -> Vec<(String, Result<(), Error>)> {
+    ) -> Vec<(String, Result<String, Error>)> {
         let left = self.left(program);
         self.remove(&left);
         let mut hosts: BTreeSet<String> = left.into_iter().map(|note| note.host).collect();
@@ -199,7 +199,7 @@ impl Online {
         let stop = |host: &str| {
             let thread = begun.get(host).and_then(|thread| thread.lock().take());
             match thread.and_then(|thread| thread.join().ok()) {
-                Some(Ok(())) if !is_needed(host) => Ok(()),
+                Some(Ok(name)) if !is_needed(host) => Ok(name),
                 _ if program == While::HasEnded => stop::stop_in_time(host),
                 _ => stop::stop(host),
             }

@@ -13,13 +13,15 @@ pub(crate) const TRIES: Duration = Duration::from_secs(10);
 const RETRY: Duration = Duration::from_millis(100);
 
 /// Goes online, sends an exchange with all outputs off, also those of extensions, and goes offline.
-pub(crate) fn stop(host: &str) -> Result<(), Error> {
-    until_threads_start(|| stop_controller(host, TimeLimits::default()).map(drop))
+/// Returns the name of the controller that has answered: another one may have this address by now.
+pub(crate) fn stop(host: &str) -> Result<String, Error> {
+    let stopped = until_threads_start(|| stop_controller(host, TimeLimits::default()))?;
+    Ok(stopped.name().replace(char::is_control, "?"))
 }
 
 /// The same when the program has ended, and nobody tries it later: again and again for some time, unless a second signal
 /// gives it up.
-pub(crate) fn stop_in_time(host: &str) -> Result<(), Error> {
+pub(crate) fn stop_in_time(host: &str) -> Result<String, Error> {
     let begin = Instant::now();
     loop {
         match stop(host) {
@@ -29,7 +31,7 @@ pub(crate) fn stop_in_time(host: &str) -> Result<(), Error> {
     }
 }
 
-fn until_threads_start(attempt: impl Fn() -> Result<(), Error>) -> Result<(), Error> {
+fn until_threads_start<T>(attempt: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
     let begin = Instant::now();
     loop {
         match attempt() {

@@ -148,6 +148,16 @@ fn ctrl_c_is_for_the_programs_functions_and_then_ends_it() {
     run.get(libc::SIGTERM);
     run.says("second 2");
     run.ends_by(libc::SIGTERM);
+    // One that waits keeps no other event from it, and puts the end off for five seconds.
+    let mut waits = built("control.c", Language::C).unwrap();
+    let mut run = Running::start(waits.arg("wait"));
+    for _ in 0..2 {
+        run.get(libc::SIGINT);
+        run.says("second 0");
+    }
+    run.get(libc::SIGTERM);
+    run.says("second 2");
+    run.ends_by(libc::SIGTERM);
     let mut run = Running::start(program.arg("ignore"));
     run.get(libc::SIGINT);
     run.get(libc::SIGQUIT);

@@ -89,6 +89,36 @@ pub struct Totals {
     pub bytes: u64,
 }
 
+/// How many recordings may wait for files that take nothing. Each has a thread until its file does.
+const BEGINNINGS: usize = 64;
+
+/// How many begin now.
+static BEGIN: AtomicUsize = AtomicUsize::new(0);
+
+/// A recording that begins, and is counted here.
+struct Beginning(&'static AtomicUsize);
+
+impl Beginning {
+    fn new(count: &'static AtomicUsize) -> Result<Self, IoError> {
+        // Dropped, it counts no more.
+        let this = Self(count);
+        match count.fetch_add(1, Ordering::Relaxed) {
+            0..BEGINNINGS => Ok(this),
+            _ => Err(io::Error::new(
+                io::ErrorKind::WouldBlock,
+                format!("{BEGINNINGS} earlier recordings still wait for files that take nothing"),
+            )
+            .into()),
+        }
+    }
+}
+
+impl Drop for Beginning {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
 /// Records a handler into a file, in a thread of its own.
 ///
 /// It records from now on, through the beginnings and ends of transfers, until [`finish`](Self::finish) or the
@@ -295,6 +325,11 @@ impl Recorder {
             reported: None,
             unreported: None,
         };
+        let beginning = Beginning::new(&BEGIN).map_err(|cause| Error::Write {
+            path: path.clone(),
+            cause,
+            cycles: 0,
+        })?;
         let (begin, begun) = bounded(1);
         let (hand, handed) = bounded(1);
         let (end, ended) = bounded(0);
@@ -306,8 +341,10 @@ impl Recorder {
                 let _end: Sender<()> = end;
                 let _follows = follows;
                 block_size_signal();
+                let target = Target::create(path, parts, within);
+                drop(beginning);
                 // Both fail when nobody waits for it any more.
-                match Target::create(path, parts, within) {
+                match target {
                     Ok(target) => {
                         let _ = begin.send(Ok(target.newest().to_owned()));
                         match handed.recv() {
@@ -911,6 +948,16 @@ mod tests {
         assert!(totals.lost > 0, "the last ones, too: {totals:?}");
         reads.join().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"the old one");
+    }
+
+    #[test]
+    fn only_so_many_recordings_wait_for_files_that_take_nothing() {
+        static COUNT: AtomicUsize = AtomicUsize::new(0);
+        let all: Vec<_> = (0..BEGINNINGS).map(|_| Beginning::new(&COUNT).unwrap()).collect();
+        let error = Beginning::new(&COUNT).err().unwrap();
+        assert!(format!("{error:#}").contains("64 earlier recordings still wait"), "{error:#}");
+        drop(all);
+        assert!(Beginning::new(&COUNT).is_ok(), "they have begun");
     }
 
     #[test]

@@ -13,7 +13,7 @@ use super::thin::Thin;
 use crate::names::Names;
 use crate::print;
 
-/// More ticks than this are a grey bar, so the others are left out.
+/// More ticks than this are a grey bar, so those close to another one are left out.
 const TICKS: usize = 1000;
 
 /// The events that are not ticks: they are seen by their values.
@@ -45,6 +45,8 @@ pub(super) struct Tracks {
     /// Whether cycles since the last one are not recorded.
     has_lost: bool,
     ticks: Vec<f64>,
+    /// How far from each other they are at least.
+    apart: f64,
     /// What is unusual, if that is drawn.
     marks: Option<Marks>,
     /// The names of those that answer.
@@ -74,6 +76,7 @@ impl Tracks {
             last_cycle: None,
             has_lost: false,
             ticks: Vec::new(),
+            apart: 0.0,
             marks: None,
             controllers: Vec::new(),
         }
@@ -114,13 +117,29 @@ impl Tracks {
             Recorded::Missing => self.lose(at),
             Recorded::Event(event) => {
                 let is_seen = SEEN.iter().any(|kind| kind.name() == event.event);
-                if is_wanted && self.ticks.len() < TICKS && !is_seen {
-                    self.ticks.push(at);
+                if is_wanted && !is_seen {
+                    self.add_tick(at);
                 }
             }
             _ => {}
         }
         true
+    }
+
+    fn add_tick(&mut self, at: f64) {
+        let is_apart = |last: &f64| (at - last).abs() >= self.apart;
+        if self.ticks.last().is_none_or(is_apart) {
+            self.ticks.push(at);
+        }
+        if self.ticks.len() > TICKS {
+            self.apart = 2.0 * (at - self.ticks[0]) / TICKS as f64;
+            let mut kept = f64::NEG_INFINITY;
+            self.ticks.retain(|at| {
+                let is_apart = at - kept >= self.apart;
+                kept = if is_apart { *at } else { kept };
+                is_apart
+            });
+        }
     }
 
     fn take_cycle(&mut self, at: f64, cycle: &Cycle, goes_on: bool) {
@@ -363,6 +382,17 @@ fn axis(unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_many_ticks_some_are_drawn_over_the_whole_time() {
+        let mut tracks = Tracks::new(Vec::new(), Names::default(), 0.0..f64::MAX);
+        let seconds = 30_000;
+        (0..seconds).for_each(|at| tracks.add_tick(f64::from(at)));
+        assert!((TICKS / 4..=TICKS).contains(&tracks.ticks.len()), "{}", tracks.ticks.len());
+        let ends = [tracks.ticks[0], *tracks.ticks.last().unwrap()];
+        assert!(ends[0] < 100.0 && ends[1] > f64::from(seconds) - 100.0, "{ends:?}");
+        assert!(tracks.ticks.windows(2).all(|two| two[1] - two[0] < 150.0));
+    }
 
     #[test]
     fn of_many_gaps_those_that_nobody_tells_apart_are_one() {
