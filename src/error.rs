@@ -96,10 +96,12 @@ pub enum Error {
         /// The addresses that were tried, and what happened there.
         tried: Vec<TriedAddress>,
     },
-    /// The host `auto` means the only controller, and there are several. Nothing was started.
+    /// The host `auto` means the only controller, and there are several, or there may be. Nothing was started.
     SeveralControllers {
         /// Those that answered.
         found: Vec<FoundController>,
+        /// Where another one is perhaps in use by a program, so that it does not answer.
+        in_use: Vec<TriedAddress>,
     },
     /// The host name has no address.
     HostNotFound {

@@ -160,7 +160,7 @@ pub fn controller_address(host: &str, limit: Duration) -> Result<SocketAddr, Err
     Error::check_millis("limit for the search in ms", limit, LIMIT_RANGE)?;
     let (name, port) = host_and_port(host, PORT)?;
     if is_auto(name) {
-        return Ok(only(find_usual(&TCP, port, limit)?.controllers)?.address);
+        return Ok(only(find_usual(&TCP, port, limit)?)?.address);
     }
     let all = SYSTEM.addresses(name, port, &mut TimeLeft::new(limit, Instant::now()))?;
     let ipv4 = all.iter().find(|address| address.is_ipv4());
@@ -183,16 +183,22 @@ pub(crate) fn found_host(
     if !is_auto(host) {
         return Ok(host.to_owned());
     }
-    let controller = only(find_usual(network, port, limit.min(AUTO_LIMIT))?.controllers)?;
+    let controller = only(find_usual(network, port, limit.min(AUTO_LIMIT))?)?;
     notice!(Info, "found {controller}");
     Ok(host_of(controller.address))
 }
 
-/// The only one of the controllers that were found; there is at least one.
-fn only(mut found: Vec<FoundController>) -> Result<FoundController, Error> {
+/// The only one of the controllers that were found; there is at least one. One that does not answer, because a program
+/// uses it, may be the one that is meant.
+fn only(all: FoundControllers) -> Result<FoundController, Error> {
+    let FoundControllers { controllers: mut found, others } = all;
+    let in_use: Vec<_> = others.into_iter().filter(|other| other.perhaps_in_use).collect();
     match found.pop() {
-        Some(controller) if found.is_empty() => Ok(controller),
-        last => Err(Error::SeveralControllers { found: found.into_iter().chain(last).collect() }),
+        Some(controller) if found.is_empty() && in_use.is_empty() => Ok(controller),
+        last => {
+            let found = found.into_iter().chain(last).collect();
+            Err(Error::SeveralControllers { found, in_use })
+        }
     }
 }
 

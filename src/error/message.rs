@@ -70,12 +70,21 @@ impl Error {
                      its address.",
                 )
             }
-            Self::SeveralControllers { found } => write!(
-                f,
-                "there are several controllers: {}; use the address of the one to control instead of \
-                 \"auto\", so that the right machine moves",
-                list(found)
-            ),
+            Self::SeveralControllers { found, in_use } => {
+                let which = match &in_use[..] {
+                    [] => format!("there are several controllers: {}", list(found)),
+                    _ => format!(
+                        "there is {}, and perhaps another controller, which a program uses: {}",
+                        list(found),
+                        list(in_use)
+                    ),
+                };
+                write!(
+                    f,
+                    "{which}; use the address of the one to control instead of \"auto\", so that the right machine \
+                     moves"
+                )
+            }
             Self::HostNotFound { host, cause: _ } => write!(
                 f,
                 "there is no host {host:?}; check the spelling, or use the address: \

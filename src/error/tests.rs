@@ -25,7 +25,7 @@ fn all() -> Vec<Error> {
         Error::WaitTimedOut { limit },
         Error::BadAddress { given: host.clone() },
         Error::NoController { tried: Vec::new() },
-        Error::SeveralControllers { found: Vec::new() },
+        Error::SeveralControllers { found: Vec::new(), in_use: Vec::new() },
         Error::HostNotFound { host: host.clone(), cause: cause() },
         Error::LookupTimedOut { host, limit },
         Error::ConnectionRefused { address: address.clone() },

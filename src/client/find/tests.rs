@@ -110,11 +110,28 @@ fn auto_without_a_controller_lists_the_addresses_and_what_to_check() {
 fn auto_with_several_controllers_lists_them_and_takes_none() {
     let usb = found("192.168.7.2:65000", ConnectionKind::Usb);
     let here = found("127.0.0.1:65000", ConnectionKind::SameMachine);
-    assert_eq!(only(vec![usb.clone()]), Ok(usb.clone()));
-    let error = only(vec![usb.clone(), here.clone()]).unwrap_err();
-    assert_eq!(error, Error::SeveralControllers { found: vec![usb, here] });
+    let of = |controllers, others| only(FoundControllers { controllers, others });
+    assert_eq!(of(vec![usb.clone()], Vec::new()), Ok(usb.clone()));
+    let error = of(vec![usb.clone(), here.clone()], Vec::new()).unwrap_err();
+    let expected = Error::SeveralControllers { found: vec![usb, here.clone()], in_use: Vec::new() };
+    assert_eq!(error, expected);
     let sentence = error.to_string();
     assert!(sentence.contains("TXT with firmware 4.6.6 at 192.168.7.2:65000 (USB)"), "{sentence}");
+
+    // One that a program uses does not answer, and may be the one that is meant.
+    let tried = |perhaps_in_use| TriedAddress {
+        address: "192.168.7.2:65000".to_owned(),
+        connection: ConnectionKind::Usb,
+        outcome: "no answer".to_owned(),
+        perhaps_in_use,
+    };
+    assert_eq!(of(vec![here.clone()], vec![tried(false)]), Ok(here.clone()));
+    let sentence = of(vec![here], vec![tried(true)]).unwrap_err().to_string();
+    assert!(
+        sentence
+            .contains("perhaps another controller, which a program uses: 192.168.7.2:65000 (USB)"),
+        "{sentence}"
+    );
 }
 
 #[test]
