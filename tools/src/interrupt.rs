@@ -60,11 +60,15 @@ pub(crate) fn receiver() -> anyhow::Result<Receiver<()>> {
     asked_by()
 }
 
-/// The same for a program that drives, which what would suspend it ends, too, such as Ctrl-Z: motors would go on. To be
-/// called before it starts a thread.
+/// The same for a program that drives, which what would suspend it ends, too, such as Ctrl-Z, and other signals that would
+/// end it, such as a limit of the processor's time: motors would go on. To be called before it starts a thread.
 pub(crate) fn receiver_for_driving() -> anyhow::Result<Receiver<()>> {
     #[cfg(unix)]
-    return asked_by(&[Signal::SIGQUIT, Signal::SIGTSTP, Signal::SIGTTIN, Signal::SIGTTOU]);
+    {
+        use Signal::*;
+        let others = [SIGALRM, SIGVTALRM, SIGPROF, SIGUSR1, SIGUSR2, SIGXCPU];
+        return asked_by(&[&[SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU][..], &others].concat());
+    }
     #[cfg(not(unix))]
     asked_by()
 }

@@ -199,7 +199,7 @@ fn without_detours(file: PathBuf) -> PathBuf {
     }
 }
 
-/// The text with spaces in place of all `/* */`, so that all else stays where it is.
+/// The text with spaces in place of all `/* */` and of raw texts, so that all else stays where it is.
 pub(crate) fn without_comments(text: &[u8]) -> Vec<u8> {
     let mut code = text.to_owned();
     let mut at = 0;
@@ -215,11 +215,25 @@ pub(crate) fn without_comments(text: &[u8]) -> Vec<u8> {
                 comment.len()
             }
             [b'/', b'/', ..] => length_to(&text[at..], b'\n'),
+            [b'R', b'"', ..] => blank_raw(&mut code[at..]),
             [quote @ (b'"' | b'\''), rest @ ..] => 1 + length_to(rest, *quote),
             _ => 1,
         };
     }
     code
+}
+
+/// Puts spaces in place of a raw text `R"x(…)x"` that begins here. Returns how long it is.
+fn blank_raw(code: &mut [u8]) -> usize {
+    let begin = code.iter().take(20).position(|byte| *byte == b'(');
+    let end_of = |begin: usize| {
+        let end = [b")", &code[2..begin], b"\""].concat();
+        let length = code[begin..].windows(end.len()).position(|it| it == end)?;
+        Some(begin + length + end.len())
+    };
+    let Some(end) = begin.and_then(end_of) else { return 1 };
+    code[2..end].iter_mut().filter(|it| !matches!(it, b'\r' | b'\n')).for_each(|it| *it = b' ');
+    end
 }
 
 /// How long this is with the character that ends it, at most until the end of the line.
@@ -274,6 +288,14 @@ pub(crate) mod tests {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(&path, text).unwrap();
         path
+    }
+
+    #[test]
+    fn a_raw_text_includes_nothing() {
+        let text = b"auto a = R\"x(\n#include \"a.h\" // )\"\n)x\";\n#include \"b.h\"\nR\"(open\n#include \"c.h\"\n";
+        let names: Vec<_> =
+            includes_of(&without_comments(text)).into_iter().map(|(name, ..)| name).collect();
+        assert_eq!(names, ["b.h", "c.h"]);
     }
 
     #[test]

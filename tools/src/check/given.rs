@@ -41,6 +41,8 @@ pub(super) fn older_than_source(args: &Args, language: Language) -> Option<Strin
     if changed(&source)? <= changed(&with_suffix(program))? {
         return None;
     }
+    let here = std::env::current_dir().unwrap_or_default();
+    let source = source.strip_prefix(here).unwrap_or(&source);
     let (source, program) = (source.display(), program.display());
     Some(match language {
         Language::En => {
@@ -159,10 +161,22 @@ fn with_suffix(program: &Path) -> PathBuf {
 
 /// Where the source of a program of Cargo may be.
 fn sources(program: &Path) -> Vec<PathBuf> {
-    let stem =
-        program.file_stem().and_then(OsStr::to_str).filter(|_| program.starts_with("target"));
-    let paths = |stem| [format!("src/bin/{stem}.rs"), format!("src/bin/{stem}/main.rs")];
-    stem.map(paths).into_iter().flatten().map(PathBuf::from).collect()
+    let of = |program: &Path| {
+        let stem = program.file_stem()?.to_str()?;
+        let path = std::path::absolute(program).ok()?;
+        let target = path.ancestors().find(|folder| folder.ends_with("target"))?;
+        let package = target.parent()?;
+        let mut sources = vec![
+            package.join(format!("src/bin/{stem}.rs")),
+            package.join(format!("src/bin/{stem}/main.rs")),
+            package.join(format!("examples/{stem}.rs")),
+        ];
+        let about = fs::read_to_string(package.join("Cargo.toml")).unwrap_or_default();
+        let is_main = about.lines().any(|line| line.replace(' ', "") == format!("name=\"{stem}\""));
+        sources.extend(is_main.then(|| package.join("src/main.rs")));
+        Some(sources)
+    };
+    of(program).unwrap_or_default()
 }
 
 /// The names of the files in `src/bin`, or nothing.
@@ -188,5 +202,24 @@ mod tests {
         fs::write(at("c.py"), "#").unwrap();
         let is_source = |name: &str| source(&at(name), "1").is_some();
         assert_eq!(["a.py", "b.py", "c.py"].map(is_source), [true, false, true]);
+    }
+
+    #[test]
+    fn the_source_of_a_program_of_cargo_is_found_however_it_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let package = folder.path();
+        fs::write(package.join("Cargo.toml"), "[package]\nname = \"first\"\n").unwrap();
+        for (program, source) in [
+            ("target/debug/lamp", "src/bin/lamp.rs"),
+            ("src/../target/debug/lamp", "src/bin/lamp/main.rs"),
+            ("target/release/examples/lamp", "examples/lamp.rs"),
+            ("target/debug/first", "src/main.rs"),
+        ] {
+            let of = sources(&package.join(program));
+            let is_source = |one: &PathBuf| one.ends_with(source);
+            assert!(of.iter().any(is_source), "{program}: {of:?}");
+        }
+        assert!(!sources(&package.join("target/debug/lamp")).contains(&package.join("src/main.rs")));
+        assert!(sources(&package.join("debug/lamp")).is_empty());
     }
 }

@@ -55,6 +55,8 @@ pub(super) struct Stage<'a> {
     /// When something was waited for last while the program was online. A program that leaves goes offline at once; one
     /// that stands still does not, until the controller ends its connection.
     quiet: Option<Instant>,
+    /// The connection of the program that somebody has started.
+    connection: Option<u64>,
     /// The buttons that are pressed now.
     pressed: BTreeSet<Input>,
     /// Whether somebody wants to end the check.
@@ -89,7 +91,7 @@ impl<'a> Stage<'a> {
 
     fn new(driver: Driver, txt: Txt, report: &'a Report, is_over: &'a dyn Fn() -> bool) -> Self {
         let pressed = BTreeSet::new();
-        Self { driver, txt, report, mark: 0, quiet: None, pressed, is_over }
+        Self { driver, txt, report, mark: 0, quiet: None, connection: None, pressed, is_over }
     }
 
     /// The world as it is at its start, and no exchange yet.
@@ -319,9 +321,13 @@ impl<'a> Stage<'a> {
             Driver::Own { program, .. } => {
                 Ok(program.ended().map_err(lost)?.map(|status| status.success()))
             }
-            // Nobody knows whether it has ended well, but it is gone.
+            // Nobody knows whether it has ended well, but it is gone. Another one may have come at once.
             Driver::Guest => {
-                let is_gone = self.exchanges() > 0 && !is_online;
+                if self.txt.log.len() == 0 {
+                    return Ok(None);
+                }
+                let now = self.txt.connection();
+                let is_gone = !is_online || *self.connection.get_or_insert(now) != now;
                 Ok(is_gone.then_some(true))
             }
         }

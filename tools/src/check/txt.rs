@@ -91,6 +91,11 @@ impl Txt {
         self.txt().with_machine(|machine| machine.online())
     }
 
+    /// The number of the connection that is served.
+    pub(super) fn connection(&self) -> u64 {
+        self.txt().with_machine(|machine| machine.connections())
+    }
+
     pub(super) fn set_world(&self, world: &World) -> anyhow::Result<()> {
         Ok(self.txt().with_machine(|machine| machine.set_world(world))?)
     }
