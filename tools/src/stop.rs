@@ -2,11 +2,13 @@
 
 use std::io::{self, ErrorKind, Read};
 use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, Scope, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::{anyhow, ensure, Context};
-use ft_transfer_area::{controller_address, stop_controller, TimeLimits};
+use ft_transfer_area::wire::QueryStatusResponse;
+use ft_transfer_area::{controller_address, stop_controller, Error, TimeLimits};
 
 use crate::{arguments, interrupt, lines, print};
 
@@ -88,12 +90,25 @@ fn is_left() -> anyhow::Result<bool> {
 /// to another one by now, the program has perhaps connected to that one anew.
 fn stop_left(host: &str, known: Option<SocketAddr>) -> anyhow::Result<()> {
     let Some(address) = known else { return stop(host, host, TRIES) };
+    // The program may have reached it by another address of that name.
+    let has_others = AtomicBool::new(false);
+    let stop_at = |at: &str| {
+        stop_controller(at, TimeLimits::default()).or_else(|error| {
+            match has_others.load(Ordering::SeqCst) {
+                true => stop_controller(host, TimeLimits::default()),
+                false => Err(error),
+            }
+        })
+    };
     thread::scope(|scope| {
-        let at_first = Begun::new(scope, || stop(host, &address.to_string(), TRIES));
+        let at_first = Begun::new(scope, || stop_by(host, TRIES, || stop_at(&address.to_string())));
         match controller_address(host, LOOKUP) {
             // Nobody may be left at the first one.
-            Ok(now) if now != address => stop(host, &now.to_string(), TRIES),
-            _ => at_first.end(),
+            Ok(now) if now != address => stop(host, host, TRIES),
+            now => {
+                has_others.store(now.is_ok(), Ordering::SeqCst);
+                at_first.end()
+            }
         }
     })
 }
@@ -125,9 +140,17 @@ impl<'a> Begun<'a> {
 
 /// Stops a controller at this address or with this name, and tries it again for up to this limit.
 fn stop(host: &str, at: &str, limit: Duration) -> anyhow::Result<()> {
+    stop_by(host, limit, || stop_controller(at, TimeLimits::default()))
+}
+
+fn stop_by(
+    host: &str,
+    limit: Duration,
+    attempt: impl Fn() -> Result<QueryStatusResponse, Error>,
+) -> anyhow::Result<()> {
     let begin = Instant::now();
     let stopped = loop {
-        match stop_controller(at, TimeLimits::default()) {
+        match attempt() {
             Err(_) if begin.elapsed() < limit => thread::sleep(RETRY),
             done => break done.with_context(|| format!("{host} is not stopped"))?,
         }
