@@ -51,7 +51,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         );
         interrupt::outlive_requests()?;
         // When the program is killed, perhaps nobody knows the name any more.
-        known = args.hosts.iter().map(|host| controller_address(host, LOOKUP).ok()).collect();
+        known = addresses_of(&args.hosts);
         if !is_left()? {
             return Ok(());
         }
@@ -76,6 +76,18 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let last = errors.pop();
     errors.iter().for_each(|error| lines::print(&print::sentence(error)));
     last.map_or(Ok(()), Err)
+}
+
+/// The addresses of these names, as far as they are found. None waits for another one.
+fn addresses_of(hosts: &[String]) -> Vec<Option<SocketAddr>> {
+    thread::scope(|scope| {
+        let look_up = |host| move || controller_address(host, LOOKUP).ok();
+        let begun: Vec<_> = hosts
+            .iter()
+            .map(|host| thread::Builder::new().spawn_scoped(scope, look_up(host)))
+            .collect();
+        begun.into_iter().map(|thread| thread.ok()?.join().ok()?).collect()
+    })
 }
 
 /// Waits until the program that has started this one is gone. Whether it has left its controllers to us.

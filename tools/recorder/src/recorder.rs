@@ -122,7 +122,8 @@ impl Drop for Beginning {
 /// Records a handler into a file, in a thread of its own.
 ///
 /// It records from now on, through the beginnings and ends of transfers, until [`finish`](Self::finish) or the
-/// end of the handler. A transfer never waits for it.
+/// end of the handler. A transfer never waits for it. A relative path is one of the program's present folder, at each new
+/// part and name, too: give an absolute one to a program that changes its folder.
 ///
 /// **A program that drops it without `finish` leaves**, by a panic or an early return: the transfer ends, with all
 /// motors stopped, and then the file is finished as in `finish`. An error is only logged.
