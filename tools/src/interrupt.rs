@@ -67,7 +67,7 @@ pub(crate) fn receiver_for_driving() -> anyhow::Result<Receiver<()>> {
     {
         use Signal::*;
         let others = [SIGALRM, SIGVTALRM, SIGPROF, SIGUSR1, SIGUSR2, SIGXCPU];
-        return asked_by(&[&[SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU][..], &others].concat());
+        asked_by(&[&[SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU][..], &others].concat())
     }
     #[cfg(not(unix))]
     asked_by()

@@ -6,8 +6,11 @@ const EACH: u64 = 3 * 3 + 3;
 /// For the program itself.
 const OTHER: u64 = 64;
 
+/// No server has more pages.
+const PAGES: usize = 200;
+
 /// Which part of all is for browsers: one of so many. What drives or stops a controller always finds one.
-const BROWSERS: u64 = 4;
+const BROWSERS: u64 = 2;
 
 /// Says so if fewer files may be open than these simulated TXTs need with their clients and pages.
 pub(crate) fn check(controllers: usize, has_pages: bool) {
@@ -21,8 +24,17 @@ pub(crate) fn check(controllers: usize, has_pages: bool) {
     }
 }
 
-/// How many browsers' connections may be open.
-pub(crate) fn for_browsers() -> usize {
+/// How many pages may be open.
+pub(crate) fn for_pages() -> usize {
+    PAGES.min(for_browsers() / 2)
+}
+
+/// How many other connections of browsers may be open.
+pub(crate) fn for_others() -> usize {
+    for_browsers() - for_pages()
+}
+
+fn for_browsers() -> usize {
     let allowed = allowed().and_then(|allowed| usize::try_from(allowed / BROWSERS).ok());
     allowed.unwrap_or(usize::MAX)
 }

@@ -15,6 +15,7 @@ use super::order::only_looks;
 use super::problem::Problem;
 use super::reply::{Answers, Reply};
 use super::request::{self, Message, Request, Work, WorldRequest};
+use crate::open_files;
 use crate::web::access::Access;
 
 /// The controllers, who drives them, and who may come in.
@@ -31,8 +32,7 @@ pub(crate) struct Panel {
     looks: Mutex<HashMap<PageId, usize>>,
 }
 
-/// How many pages of a panel may be open, and how many of one among several.
-pub(super) const PAGES: usize = 200;
+/// How many pages of a panel among several may be open.
 const PAGES_OF_ONE: usize = 20;
 
 /// Of how many controllers that are only looked at the state is sent at once, and how seldom that of one may be.
@@ -41,7 +41,7 @@ const SELDOM: usize = 8;
 
 impl Panel {
     pub(crate) fn new(hosts: Vec<Host>, common: Arc<Common>, access: Arc<Access>) -> Self {
-        let places = Arc::new(Semaphore::new(PAGES));
+        let places = Arc::new(Semaphore::new(open_files::for_pages()));
         let (pages, looks) = (AtomicU64::new(0), Mutex::default());
         Self { hosts, common, access, course: None, places, pages, looks }
     }

@@ -21,8 +21,9 @@ use tokio::task;
 use super::connection;
 use super::control_lock::PageId;
 use super::course::Course;
-use super::dispatch::{Panel, PAGES};
+use super::dispatch::Panel;
 use super::files::{Page, Plotter, Ready, ICON};
+use crate::open_files;
 use crate::web::access::{Asked, Refusal, TOO_MANY, WRONG_HOST};
 use crate::web::connections::Kept;
 use crate::web::{self, pictures};
@@ -59,7 +60,7 @@ pub(super) fn router(panels: impl IntoIterator<Item = Arc<Panel>>) -> anyhow::Re
         lesson: Arc::new(Page::lesson()?),
         turn: Arc::new(Semaphore::new(1)),
         plotter,
-        pages: Arc::new(Semaphore::new(PAGES)),
+        pages: Arc::new(Semaphore::new(open_files::for_pages())),
         viewers: Arc::new(Semaphore::new(VIEWERS)),
     };
     let icon = || async { ([(CONTENT_TYPE, "image/svg+xml")], ICON) };

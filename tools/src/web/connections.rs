@@ -76,7 +76,8 @@ pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 /// Serves whoever connects, forever.
 pub(crate) async fn serve(listener: TcpListener, router: Router) {
     let mut open: Vec<Open> = Vec::new();
-    let most = open_files::for_browsers();
+    // That of a page is another task, and counted there.
+    let most = open_files::for_others();
     let mut warning = Rarely::default();
     loop {
         let stream = match listener.accept().await {
