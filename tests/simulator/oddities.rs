@@ -39,14 +39,19 @@ fn with_duty(duty: [i16; 8]) -> ExchangeData {
 fn an_exchange_without_configuration_is_odd_once_per_session() {
     let txt = unpaced().extensions(1).start().unwrap();
     let mut client = Client::online(&txt);
+    // As what only stops a controller does.
     client.exchange(&ExchangeData::default());
     client.exchange_compressed(&[[0; 27]], 0);
+    assert_eq!(oddities(&txt), [""; 0]);
+    client.exchange(&ExchangeData::default());
     assert_odd(&txt, "before any UpdateConfig for the master");
     client.start_online();
     client.update_config(1, 0, Config::default());
     client.exchange_compressed(&[[0; 27]], 0);
     assert_eq!(oddities(&txt).len(), 1);
-    client.exchange_compressed(&[[0; 27]; 2], 1);
+    let mut on = [0; 27];
+    on[0] = 512;
+    client.exchange_compressed(&[[0; 27], on], 1);
     assert_eq!(oddities(&txt)[1], "an exchange came before any UpdateConfig for extension 1");
 }
 
@@ -342,7 +347,7 @@ fn a_camera_that_is_started_twice_or_left_open_is_odd() {
 fn oddities_outlast_the_client() {
     let txt = unpaced().start().unwrap();
     let mut client = Client::online(&txt);
-    client.exchange(&ExchangeData::default());
+    client.exchange(&with_duty([512; 8]));
     client.command(CommandId::StopOnline);
     ResponseId::StopOnline.check(&client.receive(4)).unwrap();
     drop(client);

@@ -42,9 +42,9 @@ impl Machine {
         self.oddities.note(oddity);
     }
 
-    /// An exchange with these extensions came in.
-    pub(crate) fn note_mask(&mut self, mask: u16) {
-        self.oddities.check_mask(mask);
+    /// An exchange with these extensions came in, with an output on or not.
+    pub(crate) fn note_mask(&mut self, mask: u16, drives: bool) {
+        self.oddities.check_mask(mask, drives);
     }
 
     /// A response says which extensions can be reached.
