@@ -6,8 +6,7 @@ use std::time::Instant;
 use crate::client::{TimeLimits, TxtClient};
 use crate::error::Error;
 use crate::exchange::{Exchange, TransferMode};
-use crate::firmware::FirmwareVersion;
-use crate::handler::transfer::handshake::{Link, RESTART_PAUSE};
+use crate::handler::transfer::handshake::{supported, Link, RESTART_PAUSE};
 use crate::transfer_area::MAX_AREAS;
 use crate::wire::QueryStatusResponse;
 
@@ -64,10 +63,7 @@ pub fn stop_controller(
 fn stop(address: &str, limits: TimeLimits) -> Result<QueryStatusResponse, Error> {
     let mut client = TxtClient::connect(address, limits)?;
     let status = client.query_status()?;
-    let (version, required) = (status.version, FirmwareVersion::OLDEST_SUPPORTED);
-    if version < required {
-        return Err(Error::FirmwareTooOld { found: version, required });
-    }
+    let version = supported(status.version)?;
     client.start_online()?;
     let exchange = Exchange::new(TransferMode::Compressed, version);
     Link { client, exchange }.leave(MAX_AREAS)?;

@@ -161,8 +161,12 @@ impl Online {
         let done: Vec<String> = self.stopping.keys().filter(is_done).cloned().collect();
         let mut stopped = Vec::new();
         for host in done {
-            let thread = self.stopping.remove(&host);
-            let Some(Ok(result)) = thread.map(JoinHandle::join) else { continue };
+            let Some(thread) = self.stopping.remove(&host) else { continue };
+            let Ok(result) = thread.join() else {
+                // A panic has stopped nothing.
+                self.failed.insert(host, Instant::now());
+                continue;
+            };
             // Meanwhile the program may have begun the next transfer, which kept this process out.
             let driven = split(self.notes(), |byte| self.is_marked(byte)).driven;
             if result.is_err() && driven.contains(&host) {

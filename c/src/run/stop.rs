@@ -15,27 +15,33 @@ const RETRY: Duration = Duration::from_millis(100);
 /// Goes online, sends an exchange with all outputs off, also those of extensions, and goes offline.
 /// Returns the name of the controller that has answered: another one may have this address by now.
 pub(crate) fn stop(host: &str) -> Result<String, Error> {
-    let stopped = until_threads_start(|| stop_controller(host, TimeLimits::default()))?;
-    Ok(stopped.name().replace(char::is_control, "?"))
+    retry(|| stop_once(host), has_no_thread)
 }
 
 /// The same when the program has ended, and nobody tries it later: again and again for some time, unless a second signal
 /// gives it up.
 pub(crate) fn stop_in_time(host: &str) -> Result<String, Error> {
-    let begin = Instant::now();
-    loop {
-        match stop(host) {
-            Err(_) if begin.elapsed() < TRIES && !signals::gives_up() => thread::sleep(RETRY),
-            done => return done,
-        }
-    }
+    retry(|| stop_once(host), |_| !signals::gives_up())
 }
 
-fn until_threads_start<T>(attempt: impl Fn() -> Result<T, Error>) -> Result<T, Error> {
+fn stop_once(host: &str) -> Result<String, Error> {
+    let stopped = stop_controller(host, TimeLimits::default())?;
+    Ok(stopped.name().replace(char::is_control, "?"))
+}
+
+fn has_no_thread(error: &Error) -> bool {
+    matches!(error, Error::ThreadNotStarted { .. })
+}
+
+/// Tries it again after these errors, for some time.
+fn retry<T>(
+    attempt: impl Fn() -> Result<T, Error>,
+    is_to_retry: impl Fn(&Error) -> bool,
+) -> Result<T, Error> {
     let begin = Instant::now();
     loop {
         match attempt() {
-            Err(Error::ThreadNotStarted { .. }) if begin.elapsed() < TRIES => thread::sleep(RETRY),
+            Err(error) if begin.elapsed() < TRIES && is_to_retry(&error) => thread::sleep(RETRY),
             done => return done,
         }
     }
@@ -61,8 +67,8 @@ mod tests {
                 _ => Err(Error::NotStarted),
             }
         };
-        assert!(until_threads_start(attempt).is_ok());
-        assert!(matches!(until_threads_start(attempt), Err(Error::NotStarted)));
+        assert!(retry(attempt, has_no_thread).is_ok());
+        assert!(matches!(retry(attempt, has_no_thread), Err(Error::NotStarted)));
         assert_eq!(tries.get(), 4);
     }
 }

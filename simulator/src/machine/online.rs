@@ -43,7 +43,7 @@ impl Machine {
     }
 
     /// An exchange with these extensions came in, with an output on or not.
-    pub(crate) fn note_mask(&mut self, mask: u16, drives: bool) {
+    pub(crate) fn note_mask(&mut self, mask: u16, drives: impl FnOnce() -> bool) {
         self.oddities.check_mask(mask, drives);
     }
 

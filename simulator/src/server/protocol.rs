@@ -98,7 +98,7 @@ impl Protocol {
             CommandId::UpdateConfig => update_config(command, machine, out)?,
             CommandId::ExchangeData => {
                 let outputs = ExchangeData::parse(command)?;
-                machine.note_mask(0, outputs.duty != [0; 8]);
+                machine.note_mask(0, || outputs.duty != [0; 8]);
                 machine.take_over(0, outputs);
                 return Ok(Some(Exchange::Simple));
             }
@@ -192,7 +192,7 @@ impl Protocol {
             }
         }
         let mut areas = self.words.chunks_exact(COMMAND_WORDS).map(words::outputs);
-        machine.note_mask(mask, areas.any(|outputs| outputs.duty != [0; 8]));
+        machine.note_mask(mask, || areas.any(|outputs| outputs.duty != [0; 8]));
         let extensions = (0..MAX_EXTENSIONS).filter(|extension| mask >> extension & 1 != 0);
         let controllers = std::iter::once(0).chain(extensions.map(|extension| extension + 1));
         for (controller, area) in controllers.zip(self.words.chunks_exact(COMMAND_WORDS)) {

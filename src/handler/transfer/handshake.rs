@@ -68,6 +68,15 @@ pub(crate) fn begin(settings: &Settings, shared: &Shared) -> Result<(Link, u64),
     }
 }
 
+/// An error for a firmware that does not know what is sent.
+pub(crate) fn supported(found: FirmwareVersion) -> Result<FirmwareVersion, Error> {
+    let required = FirmwareVersion::OLDEST_SUPPORTED;
+    if found < required {
+        return Err(Error::FirmwareTooOld { found, required });
+    }
+    Ok(found)
+}
+
 /// Connects, checks the firmware, begins online mode and hands over the configurations of all areas; returns how many
 /// there were. I2C requests reach the controller then, and its name and version are known.
 ///
@@ -84,10 +93,7 @@ pub(crate) fn connect(
     let address = client.address();
     let status = client.query_status()?;
     shared.state().controller = Some(Controller { status, address, peer: settings.peer() });
-    let (version, required) = (status.version, FirmwareVersion::OLDEST_SUPPORTED);
-    if version < required {
-        return Err(Error::FirmwareTooOld { found: version, required });
-    }
+    let version = supported(status.version)?;
     notice!(Info, "{} with firmware {version} at {}", status.name(), settings.peer());
     client.set_i2c_access(I2cAccess {
         line: shared.i2c.clone(),
