@@ -124,12 +124,9 @@ fn asked_by(#[cfg(unix)] further: &[Signal]) -> anyhow::Result<Receiver<()>> {
 /// Whether a closed terminal should not end this process, as `nohup` asks for. What it starts inherits that.
 #[cfg(unix)]
 fn is_hangup_ignored() -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    if let Some(ignored) = ignored.and_then(|bits| u64::from_str_radix(bits.trim(), 16).ok()) {
-        return ignored >> (Signal::SIGHUP as i32 - 1) & 1 == 1;
+    if let Some(ignored) = ignores(Signal::SIGHUP) {
+        return ignored;
     }
-    // Only Linux says it.
     let mut inherits = process::Command::new("sh");
     inherits.args(["-c", "kill -HUP $$"]).stdin(process::Stdio::null());
     inherits.stdout(process::Stdio::null()).stderr(process::Stdio::null());
@@ -174,19 +171,20 @@ impl Asked {
 /// Otherwise there is none, because it interrupts threads that wait.
 pub(crate) fn wait_for_children() {
     #[cfg(target_os = "linux")]
-    if ignores(Signal::SIGCHLD) {
+    if ignores(Signal::SIGCHLD) == Some(true) {
         if let Err(error) = flag::register(Signal::SIGCHLD as i32, Arc::default()) {
             log::warn!("the end of a program may not be seen: {error}");
         }
     }
 }
 
-#[cfg(target_os = "linux")]
-fn ignores(signal: Signal) -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let ignored = ignored.and_then(|bits| u64::from_str_radix(bits.trim(), 16).ok());
-    ignored.is_some_and(|bits| bits >> (signal as i32 - 1) & 1 == 1)
+/// Whether this process ignores a signal. Only Linux says it.
+#[cfg(unix)]
+fn ignores(signal: Signal) -> Option<bool> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;
+    let ignored = u64::from_str_radix(ignored.trim(), 16).ok()?;
+    Some(ignored >> (signal as i32 - 1) & 1 == 1)
 }
 
 /// Has signals end this program also where who has started it holds them back or ignores them, as a script does for what
@@ -200,7 +198,10 @@ pub(crate) fn take_ends() {
         }
     }
     #[cfg(target_os = "linux")]
-    for signal in [Signal::SIGINT, Signal::SIGTERM].into_iter().filter(|signal| ignores(*signal)) {
+    for signal in [Signal::SIGINT, Signal::SIGTERM] {
+        if ignores(signal) != Some(true) {
+            continue;
+        }
         let (signal, ends) = (signal as i32, Arc::clone(&ENDS_BY_ITSELF));
         // With the status that a shell gives to one that it ends.
         if let Err(error) = flag::register_conditional_shutdown(signal, 128 + signal, ends) {

@@ -88,7 +88,7 @@ time.sleep(60)
 "#;
 
 /// Python takes the signal, and ends itself by it with nothing else called: it has its own end.
-#[cfg(unix)]
+#[cfg_attr(windows, ignore = "no Python is expected there")]
 #[test]
 fn ctrl_c_in_a_program_in_python_stops_the_motors() {
     let Some(mut python) = python() else { return };

@@ -193,7 +193,7 @@ fn nothing_is_said_of_outputs_that_no_transfer_has_switched() {
 }
 
 /// `exit` waits for them.
-#[cfg(unix)]
+#[cfg_attr(windows, ignore = "Windows has no pthread.h")]
 #[test]
 fn the_motors_stop_when_a_thread_calls_exit_while_another_one_reads() {
     if !has_compiler() {

@@ -55,7 +55,6 @@ impl Running {
         self.lines.recv_timeout(LIMIT).ok()
     }
 
-    #[cfg(target_os = "linux")]
     pub(crate) fn id(&self) -> u32 {
         self.child.id()
     }
