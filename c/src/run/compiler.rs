@@ -6,11 +6,15 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::inputs::{Inputs, Language};
+use crate::inputs::Language;
 use crate::key;
 use crate::options::Options;
+use crate::search::Folders;
 use crate::signals;
 use crate::Sentence;
+
+/// The environment variables with folders for headers.
+const FOLDERS: [&str; 3] = ["CPATH", "C_INCLUDE_PATH", "CPLUS_INCLUDE_PATH"];
 
 /// Has the compiler add no checks to the program.
 pub(crate) const NO_CHECKS: &str = "-fno-sanitize=undefined";
@@ -102,18 +106,6 @@ fn words_in(text: &OsStr) -> Vec<OsString> {
 #[cfg(not(unix))]
 fn words_in(text: &OsStr) -> Vec<OsString> {
     text.to_string_lossy().split_whitespace().map(Into::into).collect()
-}
-
-/// What follows an option in its word.
-#[cfg(unix)]
-fn behind<'a>(word: &'a OsStr, option: &str) -> Option<&'a OsStr> {
-    use std::os::unix::ffi::OsStrExt;
-    word.as_bytes().strip_prefix(option.as_bytes()).map(OsStr::from_bytes)
-}
-
-#[cfg(not(unix))]
-fn behind<'a>(word: &'a OsStr, option: &str) -> Option<&'a OsStr> {
-    word.to_str()?.strip_prefix(option).map(OsStr::new)
 }
 
 /// The words of a command. The program may have spaces in its path if it is there, as in
@@ -260,37 +252,23 @@ impl Compiler {
         command.args(["-x", self.language.option()]).arg(source);
     }
 
-    /// The folders in which the compiler itself has headers.
-    fn system_folders(&self) -> Vec<PathBuf> {
-        let mut command = self.command();
-        // The heading of the list is in English then.
-        command.env("LC_ALL", "C").args(["-E", "-v", "-x", self.language.option(), "-"]);
-        let Ok(output) = signals::output_of(&mut command) else { return Vec::new() };
-        let text = String::from_utf8_lossy(&output.stderr);
-        let list = text.lines().skip_while(|line| !line.contains("<...> search starts here"));
-        let folders = list.skip(1).take_while(|line| line.starts_with(' '));
-        folders.map(|folder| folder.trim().into()).collect()
-    }
-}
-
-/// The folders in which compilers look for the program's headers.
-pub(crate) fn include_folders(options: &Options) -> Vec<PathBuf> {
-    let mut folders = options.include_folders.clone();
-    for language in [Language::C, Language::Cpp] {
-        let words = words_of(language.variables()[1]);
-        for (index, word) in words.iter().enumerate() {
-            for option in ["-I", "-iquote", "-isystem"] {
-                match behind(word, option) {
-                    Some(rest) if rest.is_empty() => {
-                        folders.extend(words.get(index + 1).map(Into::into))
-                    }
-                    Some(folder) => folders.push(folder.into()),
-                    None => {}
-                }
-            }
+    /// The folders in which it looks for headers with the user's options. The error says that it can't be started.
+    pub(crate) fn folders(&self, options: &Options) -> Result<Folders, Sentence> {
+        let ask = |mut command: Command| {
+            // The headings of the lists are in English then.
+            command.env("LC_ALL", "C").args(["-E", "-v", "-x", self.language.option(), "-"]);
+            signals::output_of(&mut command).map(|output| output.stderr)
+        };
+        let said = ask(self.compile(&[], None, &[]))?;
+        let mut alone = self.command();
+        for variable in FOLDERS {
+            alone.env_remove(variable);
         }
+        Ok(Folders::read(&said, &ask(alone)?).unwrap_or_else(|| Folders {
+            all: options.include_folders.clone(),
+            ..Folders::default()
+        }))
     }
-    folders
 }
 
 /// What a compiler says about itself; `None` when it does not like to be asked.
@@ -329,27 +307,20 @@ pub(crate) struct Compilers {
 }
 
 impl Compilers {
-    pub(crate) fn find(inputs: &Inputs, options: &Options) -> Result<Self, Sentence> {
-        let mut compilers = Self::default();
-        for source in &inputs.sources {
-            compilers.need(source.language, options)?;
-        }
-        if inputs.sources.is_empty() {
-            // It can link whatever the compiled files were written in.
-            compilers.need(Language::Cpp, options)?;
-        }
-        Ok(compilers)
-    }
-
-    pub(crate) fn need(&mut self, language: Language, options: &Options) -> Result<(), Sentence> {
+    /// The one for a language, which is looked for when it is needed first.
+    pub(crate) fn need(
+        &mut self,
+        language: Language,
+        options: &Options,
+    ) -> Result<&Compiler, Sentence> {
         let place = match language {
             Language::C => &mut self.c,
             Language::Cpp => &mut self.cpp,
         };
-        if place.is_none() {
-            *place = Some(Compiler::find(language, options)?);
-        }
-        Ok(())
+        Ok(match place {
+            Some(found) => found,
+            None => place.insert(Compiler::find(language, options)?),
+        })
     }
 
     /// The one for a language that was needed.
@@ -363,22 +334,6 @@ impl Compilers {
 
     pub(crate) fn for_linking(&self) -> Result<&Compiler, Sentence> {
         self.of(if self.cpp.is_some() { Language::Cpp } else { Language::C })
-    }
-
-    /// Whether a compiler itself has a header with this name. The compilers are asked when this is asked first.
-    pub(crate) fn have_header(&self) -> impl Fn(&str) -> bool + '_ {
-        let folders = std::cell::OnceCell::new();
-        move |name| {
-            let folders: &Vec<PathBuf> = folders.get_or_init(|| {
-                [&self.c, &self.cpp]
-                    .into_iter()
-                    .flatten()
-                    .flat_map(Compiler::system_folders)
-                    .collect()
-            });
-            // None of them has headers for Windows.
-            !name.starts_with("..") && folders.iter().any(|folder| folder.join(name).is_file())
-        }
     }
 }
 
@@ -407,7 +362,5 @@ mod tests {
         use std::os::unix::ffi::OsStrExt;
         let words = words_in(OsStr::from_bytes(b" -w\n -Ik\xf6rbe\t"));
         assert_eq!(words, ["-w".as_ref(), OsStr::from_bytes(b"-Ik\xf6rbe")]);
-        assert_eq!(behind(&words[1], "-I"), Some(OsStr::from_bytes(b"k\xf6rbe")));
-        assert_eq!(behind(&words[0], "-I"), None);
     }
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::headers::{Headers, COMMON};
 use crate::read;
-use crate::sources::{without_comments, Include, Own, OwnFiles};
+use crate::sources::{without_comments, Found, Include, Own, OwnFiles};
 
 /// What an include means, and whether a compiler finds it without our help.
 enum Meaning {
@@ -18,33 +18,27 @@ enum Meaning {
 
 impl Meaning {
     /// What an include means.
-    fn of(include: &Include, headers: &Headers, system: &impl Fn(&str) -> bool) -> Self {
+    fn of(include: &Include, headers: &Headers) -> Self {
         let name = include.name();
         let ours = headers.ours(&name).map(Path::to_owned);
         let is_literal =
             |ours: &Path| ours.file_name().is_some_and(|file| *include.written == *file);
-        match (&include.own, ours) {
-            (Some(own), Some(ours)) if is_replaced(own, &name, headers) => {
+        match (&include.found, ours) {
+            (Found::Own(own), Some(ours)) if is_replaced(own, &name, headers) => {
                 // A program may name our own folders.
                 let is_same = read::file(&own.file).ok() == fs::read(&ours).ok();
                 let passed_over = (!is_same).then(|| own.file.clone());
                 Self::Ours { is_found: !own.is_beside && is_literal(&ours), ours, passed_over }
             }
-            (Some(own), _) => {
+            (Found::Own(own), _) => {
                 let is_hidden = !own.is_beside && headers.of_kit.contains_key(&name);
-                if !own.is_exact && system(&include.written) {
-                    return Self::Elsewhere;
-                }
                 Self::Own { own: own.clone(), is_found: own.is_exact && !is_hidden }
             }
-            (None, Some(ours)) => {
-                let is_found = is_literal(&ours);
-                if !is_found && system(&include.written) {
-                    return Self::Elsewhere;
-                }
-                Self::Ours { ours, is_found, passed_over: None }
+            (Found::System, Some(ours)) if !is_literal(&ours) => Self::Elsewhere,
+            (Found::System | Found::Nothing, Some(ours)) => {
+                Self::Ours { is_found: is_literal(&ours), ours, passed_over: None }
             }
-            (None, None) => Self::Elsewhere,
+            (Found::System | Found::Nothing, None) => Self::Elsewhere,
         }
     }
 }
@@ -87,18 +81,13 @@ pub(crate) struct Copies {
 
 impl Copies {
     /// Copies the files in which an include would not be found, or not as it is meant, and those that include
-    /// them. Messages name the files where they were. `system` says whether the compiler itself has a header.
-    pub(crate) fn write(
-        own: &OwnFiles,
-        headers: &Headers,
-        to: &Path,
-        system: &impl Fn(&str) -> bool,
-    ) -> io::Result<Self> {
+    /// them. Messages name the files where they were.
+    pub(crate) fn write(own: &OwnFiles, headers: &Headers, to: &Path) -> io::Result<Self> {
         let meanings: BTreeMap<&Path, Vec<Meaning>> = own
             .files
             .iter()
             .map(|(path, file)| {
-                let all = file.includes.iter().map(|include| Meaning::of(include, headers, system));
+                let all = file.includes.iter().map(|include| Meaning::of(include, headers));
                 (path.as_path(), all.collect())
             })
             .collect();
@@ -141,7 +130,7 @@ impl Copies {
     }
 
     /// The text of a copy: its includes name what they mean, because nothing lies beside it any more. What a compiler finds
-    /// in other folders is left to it: it knows better in which order it looks there.
+    /// in other folders is left to it, unless that is a copy, too.
     fn text(&self, path: &Path, text: &[u8], own: &OwnFiles, meanings: &[Meaning]) -> Vec<u8> {
         let mut copy = format!("#line 1 {}\n", quoted(path)).into_bytes();
         let mut end = if text.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
@@ -165,7 +154,7 @@ impl Copies {
 }
 
 /// A path as C has it in quotes.
-fn quoted(path: &Path) -> String {
+pub(crate) fn quoted(path: &Path) -> String {
     // Compilers for Windows know `/`, too, and `\` may mean something else.
     let path = path.display().to_string();
     format!("\"{}\"", if cfg!(windows) { path.replace('\\', "/") } else { path })
@@ -175,6 +164,8 @@ fn quoted(path: &Path) -> String {
 mod tests {
     use super::*;
     use crate::kind::Kind;
+    use crate::search::Folders;
+    use crate::sources;
 
     struct Made {
         folder: tempfile::TempDir,
@@ -193,12 +184,16 @@ mod tests {
         }
         let sources = files.iter().filter(|(name, _)| name.ends_with(".c"));
         let sources: Vec<PathBuf> = sources.map(|(name, _)| folder.path().join(name)).collect();
-        let include = [folder.path().join("inc")];
-        let own = OwnFiles::read(sources.iter().map(PathBuf::as_path), &include).unwrap();
+        let system = vec![build.path().join("system")];
+        for name in ["math.h", "lib/common.h"] {
+            sources::tests::write(&system[0], name, "");
+        }
+        let all = [vec![folder.path().join("inc")], system.clone()].concat();
+        let folders = Folders { quoted: Vec::new(), all, system };
+        let own = OwnFiles::read(sources.iter().map(PathBuf::as_path), &folders).unwrap();
         let headers = Headers::write(kind, build.path()).unwrap();
         assert!(headers.folders.iter().all(|folder| folder.is_dir()), "{:?}", headers.folders);
-        let system = |name: &str| name == "math.h" || name == "lib/common.h";
-        let copies = Copies::write(&own, &headers, &build.path().join("own"), &system).unwrap();
+        let copies = Copies::write(&own, &headers, &build.path().join("own")).unwrap();
         Made { folder, build, copies }
     }
 

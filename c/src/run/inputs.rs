@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::Sentence;
 
 /// A language of sources.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Language {
     C,
     Cpp,

@@ -265,11 +265,7 @@ fn name_in(line: &[u8]) -> Option<PathBuf> {
         name.push(byte);
         written = rest;
     }
-    #[cfg(unix)]
-    let name: OsString = std::os::unix::ffi::OsStringExt::from_vec(name);
-    #[cfg(not(unix))]
-    let name = String::from_utf8(name).ok()?;
-    Some(name.into())
+    read::path(&name)
 }
 
 /// What changes when other files come in the place of these, because a link or a folder on the way to them is another one

@@ -1,5 +1,6 @@
 //! Which language a source `.c` is in. The compiler for the TXT was g++, for which it is C++.
 
+use std::collections::BTreeMap;
 use std::env;
 use std::path::Path;
 
@@ -10,12 +11,18 @@ use crate::sources::OwnFiles;
 
 /// Has the sources `.c` in the language that the option `-x` names. Without it they are C when `CC` or `CFLAGS` is set,
 /// and C++ when one of them includes a header of the TXT that no compiler for C takes: then g++ has compiled them all.
-pub(crate) fn choose(sources: &mut [Source], own: &OwnFiles, options: &Options) {
+pub(crate) fn choose(
+    sources: &mut [Source],
+    own: &BTreeMap<Language, OwnFiles>,
+    options: &Options,
+) {
     let language = options.language.unwrap_or_else(|| {
         let is_set = |name| env::var_os(name).is_some_and(|value| !value.is_empty());
         let mut of_c = sources.iter().filter(|source| is_named_c(source));
-        let is_cpp =
-            |source: &Source| own.reached_from(&source.path).iter().any(|it| kind::is_in_cpp(it));
+        let is_cpp = |source: &Source| {
+            let reached = own.values().flat_map(|own| own.reached_from(&source.path));
+            reached.into_iter().any(|it| kind::is_in_cpp(&it))
+        };
         if !is_set("CC") && !is_set("CFLAGS") && of_c.any(is_cpp) {
             Language::Cpp
         } else {

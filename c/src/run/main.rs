@@ -30,6 +30,7 @@ mod packages;
 mod port_entries;
 mod program;
 mod read;
+mod search;
 mod show;
 mod signals;
 mod sources;

@@ -1,11 +1,12 @@
 //! From the files of a program to something that can be run.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::cache::Cache;
-use crate::compiler::{self, Compilers};
+use crate::compiler::Compilers;
 use crate::inputs::{Inputs, Language, Source};
 use crate::kind::Kind;
 use crate::language;
@@ -30,12 +31,19 @@ pub(crate) struct Program {
 pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence> {
     let mut inputs = Inputs::of(&options.files)?;
     let library = link::library()?;
-    let sources = inputs.sources.iter().map(|source| source.path.as_path());
-    let own = OwnFiles::read(sources, &compiler::include_folders(options))
-        .map_err(|(file, error)| format!("{} can't be read: {error}", file.display()))?;
+    let mut compilers = Compilers::default();
+    let mut own = own_files(&inputs.sources, &mut compilers, options)?;
+    let named = inputs.sources.clone();
     language::choose(&mut inputs.sources, &own, options);
-    let mut compilers = Compilers::find(&inputs, options)?;
-    let mut plan = Plan::new(&own, &compilers, build)?;
+    if inputs.sources != named {
+        // In the other language they may include other files.
+        own = own_files(&inputs.sources, &mut compilers, options)?;
+    }
+    if inputs.sources.is_empty() {
+        // It can link whatever the compiled files were written in.
+        compilers.need(Language::Cpp, options)?;
+    }
+    let mut plan = Plan::new(&own, build)?;
     plan.tell_what_is_passed_over();
     let cache = Cache::of_user();
     let mut compiled = work::compile_all(&inputs.sources, 0, &compilers, &plan, &cache)?;
@@ -74,6 +82,24 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
     };
     let library_folder = link::folder_of(&library).to_owned();
     Ok(Program { path, kind, entry, library_folder })
+}
+
+/// The sources in each language, and what they include.
+fn own_files(
+    sources: &[Source],
+    compilers: &mut Compilers,
+    options: &Options,
+) -> Result<BTreeMap<Language, OwnFiles>, Sentence> {
+    let mut own = BTreeMap::new();
+    let languages: BTreeSet<Language> = sources.iter().map(|source| source.language).collect();
+    for language in languages {
+        let folders = compilers.need(language, options)?.folders(options)?;
+        let in_language = sources.iter().filter(|source| source.language == language);
+        let files = OwnFiles::read(in_language.map(|source| source.path.as_path()), &folders)
+            .map_err(|(file, error)| format!("{} can't be read: {error}", file.display()))?;
+        own.insert(language, files);
+    }
+    Ok(own)
 }
 
 /// A source of ours that belongs to a program.

@@ -1,8 +1,8 @@
-//! Reads no more than programs have.
+//! Reads no more than programs have, and paths in any character set.
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Far more than a source has with all its headers.
 pub(crate) const MOST: usize = 100 << 20;
@@ -22,4 +22,13 @@ pub(crate) fn more(from: impl Read, bytes: &mut Vec<u8>) -> io::Result<()> {
         true => Err(io::Error::new(io::ErrorKind::FileTooLarge, "it has more than 100 MB")),
         false => Ok(()),
     }
+}
+
+/// The path with this name, if the system can have it.
+pub(crate) fn path(name: &[u8]) -> Option<PathBuf> {
+    #[cfg(unix)]
+    let name = <std::ffi::OsStr as std::os::unix::ffi::OsStrExt>::from_bytes(name);
+    #[cfg(not(unix))]
+    let name = std::str::from_utf8(name).ok()?;
+    Some(name.into())
 }

@@ -8,6 +8,7 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::headers;
 use crate::read;
+use crate::search::Folders;
 
 /// An include in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,7 +17,16 @@ pub(crate) struct Include {
     pub(crate) written: String,
     /// Where that is in the file, with its quotes.
     pub(crate) place: Range<usize>,
-    pub(crate) own: Option<Own>,
+    pub(crate) found: Found,
+}
+
+/// What an include means.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Found {
+    Own(Own),
+    /// A header in one of the compiler's own folders.
+    System,
+    Nothing,
 }
 
 /// A file of the program that an include means.
@@ -34,6 +44,14 @@ impl Include {
     /// The header's name in lower case, without folders.
     pub(crate) fn name(&self) -> String {
         self.written.rsplit(['/', '\\']).next().unwrap_or_default().to_lowercase()
+    }
+
+    /// The program's own file that it means.
+    pub(crate) fn own(&self) -> Option<&Own> {
+        match &self.found {
+            Found::Own(own) => Some(own),
+            Found::System | Found::Nothing => None,
+        }
     }
 }
 
@@ -55,7 +73,7 @@ impl OwnFile {
     }
 }
 
-/// The files of a program: its sources, and what they include directly or not.
+/// The files of a program in one language: its sources, and what they include directly or not.
 #[derive(Debug, Default)]
 pub(crate) struct OwnFiles {
     pub(crate) files: BTreeMap<PathBuf, OwnFile>,
@@ -67,7 +85,7 @@ impl OwnFiles {
     /// source that can't be read.
     pub(crate) fn read<'a>(
         sources: impl Iterator<Item = &'a Path>,
-        folders: &[PathBuf],
+        folders: &Folders,
     ) -> Result<Self, (PathBuf, io::Error)> {
         let mut own = Self::default();
         for source in sources {
@@ -77,7 +95,7 @@ impl OwnFiles {
         Ok(own)
     }
 
-    fn add(&mut self, file: &Path, text: Vec<u8>, folders: &[PathBuf]) {
+    fn add(&mut self, file: &Path, text: Vec<u8>, folders: &Folders) {
         if self.files.contains_key(file) {
             return;
         }
@@ -87,10 +105,10 @@ impl OwnFiles {
         let code = without_comments(&text);
         for (written, place, is_quoted) in includes_of(&code) {
             let beside = if is_quoted { file.parent() } else { None };
-            let own = self.listings.find(&written, beside, folders);
-            let include = Include { written, place, own };
+            let found = self.listings.find(&written, beside, folders);
+            let include = Include { written, place, found };
             // A kit's header means the same whatever the copy beside the program says.
-            let followed = include.own.as_ref().filter(|_| !headers::is_of_a_kit(&include.name()));
+            let followed = include.own().filter(|_| !headers::is_of_a_kit(&include.name()));
             // A header that can't be read is the compiler's to complain about.
             if let Some((own, Ok(text))) = followed.map(|own| (own, read::file(&own.file))) {
                 self.add(&own.file, text, folders);
@@ -111,7 +129,7 @@ impl OwnFiles {
             }
             for include in self.files.get(file).into_iter().flat_map(|file| &file.includes) {
                 names.insert(include.name());
-                next.extend(include.own.as_ref().map(|own| own.file.as_path()));
+                next.extend(include.own().map(|own| own.file.as_path()));
             }
         }
         names
@@ -130,27 +148,35 @@ struct Listings {
 }
 
 impl Listings {
-    /// The file that is meant: first as it is written, in the order in which a compiler looks, then in other
-    /// cases.
-    fn find(&mut self, written: &str, beside: Option<&Path>, folders: &[PathBuf]) -> Option<Own> {
+    /// The file that is meant: first as it is written, in the order in which the compiler looks, then in other
+    /// cases. `beside` is the folder of a file that includes it in quotes.
+    fn find(&mut self, written: &str, beside: Option<&Path>, folders: &Folders) -> Found {
         let is_absolute = Path::new(written).is_absolute() || written.contains(':');
         if written.is_empty() || is_absolute {
-            return None;
+            return Found::Nothing;
         }
         let path = written.replace('\\', "/");
-        let places = || {
-            let beside = beside.map(|folder| (folder, true)).into_iter();
-            beside.chain(folders.iter().map(|folder| (folder.as_path(), false)))
+        let quoted = beside.map_or(&[][..], |_| &folders.quoted);
+        let others = quoted.iter().chain(&folders.all).map(|folder| (folder.as_path(), false));
+        let places: Vec<_> = beside.map(|it| (it, true)).into_iter().chain(others).collect();
+        let is_system = |(folder, is_beside): (&Path, bool)| {
+            !is_beside && folders.system.iter().any(|it| it == folder)
         };
-        let exact = places().map(|(folder, is_beside)| (folder.join(&path), is_beside));
-        if let Some((file, is_beside)) = exact.into_iter().find(|(file, _)| file.is_file()) {
-            let is_exact = cfg!(windows) || path == written;
-            return Some(Own { file: without_detours(file), is_exact, is_beside });
+        let exact = places.iter().find(|(folder, _)| folder.join(&path).is_file());
+        if let Some((folder, is_beside)) = exact {
+            if is_system((folder, *is_beside)) {
+                return Found::System;
+            }
+            let (file, is_exact) = (folder.join(&path), cfg!(windows) || path == written);
+            let file = without_detours(file);
+            return Found::Own(Own { file, is_exact, is_beside: *is_beside });
         }
-        places().find_map(|(folder, is_beside)| {
+        let mut own = places.into_iter().filter(|place| !is_system(*place));
+        let in_other_case = own.find_map(|(folder, is_beside)| {
             let file = without_detours(self.in_other_case(folder, &path)?);
             Some(Own { file, is_exact: false, is_beside })
-        })
+        });
+        in_other_case.map_or(Found::Nothing, Found::Own)
     }
 
     fn in_other_case(&mut self, folder: &Path, path: &str) -> Option<PathBuf> {
@@ -333,7 +359,7 @@ pub(crate) mod tests {
         let has_more = |text: &str| {
             let folder = tempfile::tempdir().unwrap();
             let source = write(folder.path(), "a.c", text);
-            let own = OwnFiles::read([&*source].into_iter(), &[]).unwrap();
+            let own = OwnFiles::read([&*source].into_iter(), &Folders::default()).unwrap();
             own.files[&source].has_more_includes()
         };
         assert!(!has_more("/*\n#include <c.h>\n*/ #define include\n #  include <a.h>\n#include \"b.h\"\nint include;\n"));
@@ -348,12 +374,15 @@ pub(crate) mod tests {
         let folder = folder.path();
         let source = write(folder, "a.c", "#include \"a.h\"\n#include \"ROBO_TX_PRG.H\"\n");
         let header = write(folder, "a.h", "#include \"a.h\"\n#include <math.h>\n");
-        let own = OwnFiles::read([&*source].into_iter(), &[]).unwrap();
+        let own = OwnFiles::read([&*source].into_iter(), &Folders::default()).unwrap();
         assert!(own.files.keys().eq([&source, &header]), "{:?}", own.files.keys());
         let names: Vec<String> = own.includes().map(Include::name).collect();
         assert_eq!(names, ["a.h", "robo_tx_prg.h", "a.h", "math.h"]);
         let missing = folder.join("b.c");
-        assert_eq!(OwnFiles::read([&*missing].into_iter(), &[]).unwrap_err().0, missing);
+        assert_eq!(
+            OwnFiles::read([&*missing].into_iter(), &Folders::default()).unwrap_err().0,
+            missing
+        );
     }
 
     #[cfg_attr(windows, ignore = "file names are not case-sensitive there")]
@@ -367,10 +396,11 @@ pub(crate) mod tests {
         let two = write(folder, "inc/two.h", "#include \"..\\Inc2\\FOUR.H\"\n");
         write(folder, "inc2/TWO.h", "");
         let four = write(folder, "inc2/four.h", "");
-        let folders = [folder.join("inc2"), folder.join("inc")];
+        let all = vec![folder.join("inc2"), folder.join("inc")];
+        let folders = Folders { all, ..Folders::default() };
         let own = OwnFiles::read([&*source].into_iter(), &folders).unwrap();
         let found = |file: &Path| {
-            own.files[file].includes.iter().map(|it| it.own.clone()).collect::<Vec<_>>()
+            own.files[file].includes.iter().map(|it| it.own().cloned()).collect::<Vec<_>>()
         };
         let own_file = |file, is_exact, is_beside| Some(Own { file, is_exact, is_beside });
         assert_eq!(

@@ -1,6 +1,6 @@
 //! Compiles sources, several at the same time, as far as the cache does not have them.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -9,9 +9,9 @@ use std::thread;
 
 use crate::cache::Cache;
 use crate::compiler::{Compiler, Compilers};
-use crate::copies::Copies;
+use crate::copies::{self, Copies};
 use crate::headers::Headers;
-use crate::inputs::Source;
+use crate::inputs::{Language, Source};
 use crate::key::{self, Key};
 use crate::kind::Kind;
 use crate::language;
@@ -27,23 +27,25 @@ pub(crate) struct Plan {
     build: PathBuf,
     pub(crate) kind: Option<Kind>,
     headers: Headers,
-    copies: Copies,
+    copies: BTreeMap<Language, Copies>,
     /// Whether `char` has no sign, as on the controllers.
     has_unsigned_char: bool,
 }
 
 impl Plan {
     /// For a program with these files.
-    pub(crate) fn new(
-        own: &OwnFiles,
-        compilers: &Compilers,
-        build: &Path,
-    ) -> Result<Self, Sentence> {
-        let names: Vec<String> = own.includes().map(Include::name).collect();
-        let texts = own.files.values().map(|file| file.code.as_slice());
+    pub(crate) fn new(own: &BTreeMap<Language, OwnFiles>, build: &Path) -> Result<Self, Sentence> {
+        let names: Vec<String> =
+            own.values().flat_map(OwnFiles::includes).map(Include::name).collect();
+        let files = own.values().flat_map(|own| own.files.values());
+        let texts = files.map(|file| file.code.as_slice());
         let kind = Kind::of(names.iter().map(String::as_str), texts);
         let headers = Headers::write(kind.unwrap_or(Kind::Downloaded), build)?;
-        let copies = Copies::write(own, &headers, &build.join("own"), &compilers.have_header())?;
+        let mut copies = BTreeMap::new();
+        for (language, own) in own {
+            let to = build.join("own").join(language.name());
+            copies.insert(*language, Copies::write(own, &headers, &to)?);
+        }
         let has_unsigned_char = matches!(kind, Some(Kind::Downloaded | Kind::KeLib));
         Ok(Self { build: build.to_owned(), kind, headers, copies, has_unsigned_char })
     }
@@ -54,7 +56,7 @@ impl Plan {
     }
 
     pub(crate) fn tell_what_is_passed_over(&self) {
-        let over = &self.copies.passed_over;
+        let over: BTreeSet<_> = self.copies.values().flat_map(|it| &it.passed_over).collect();
         if !over.is_empty() {
             let names: Vec<String> = over.iter().map(|file| file.display().to_string()).collect();
             say(&format!("its own headers are used in place of {}", names.join(", ")));
@@ -209,15 +211,17 @@ impl Unit<'_> {
     /// The command without what is to be done.
     fn command(&self) -> Command {
         let headers = &self.plan.headers;
+        let copies = self.plan.copies.get(&self.source.language);
         // Only then, because what the source includes looks there, too.
-        let looks_beside = self.plan.copies.look_beside.contains(self.path());
+        let looks_beside = copies.is_some_and(|it| it.look_beside.contains(self.path()));
         let quoted = looks_beside.then(|| folder_of(self.path()));
         let mut command = self.compiler.compile(self.more_options(), quoted, &headers.folders);
         if let Some(windows) = &headers.windows {
             command.arg("-I").arg(windows);
         }
         // What is included in ways that the text does not show.
-        let folders: BTreeSet<&Path> = self.plan.copies.of.keys().map(|it| folder_of(it)).collect();
+        let copied = copies.into_iter().flat_map(|it| it.of.keys());
+        let folders: BTreeSet<&Path> = copied.map(|it| folder_of(it)).collect();
         let place = quoted.and_then(|folder| folder.canonicalize().ok());
         for folder in folders {
             // gcc takes a folder at its later place.
@@ -225,7 +229,12 @@ impl Unit<'_> {
                 command.arg("-idirafter").arg(folder);
             }
         }
-        let copy = self.plan.copies.of.get(self.path());
+        let copy = copies.and_then(|it| it.of.get(self.path()));
+        if copy.is_some() {
+            // `__FILE__` is in the copy.
+            let name = format!("-D__BASE_FILE__={}", copies::quoted(self.path()));
+            command.args(["-Wno-builtin-macro-redefined", &name]);
+        }
         self.compiler.add_source(&mut command, copy.map_or(self.path(), PathBuf::as_path));
         command
     }

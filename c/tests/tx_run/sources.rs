@@ -362,6 +362,55 @@ fn a_source_that_is_copied_includes_what_the_compiler_finds_first() {
     }
 }
 
+/// In each of these, both headers are copied: they include one of ours, which is written in another way.
+#[test]
+fn a_header_that_is_copied_is_the_one_that_the_compiler_finds_first() {
+    if !has_compiler() {
+        return;
+    }
+    let program = |name: &str, include: &str| {
+        let main = format!("#include {include}\nint main(void) {{ puts(SPEED); return 0; }}\n");
+        let header =
+            |speed: &str| format!("#include \"ROBO_TX_FW.H\"\n#define SPEED \"{speed}\"\n");
+        [
+            (name.to_owned(), main),
+            ("a/speed.h".into(), header("a")),
+            ("b/speed.h".into(), header("b")),
+        ]
+    };
+    for (name, include, variables, says) in [
+        ("m.c", "\"speed.h\"", &[("CFLAGS", "-isystem a -I b")][..], "b\n"),
+        ("m.c", "<speed.h>", &[("CFLAGS", "-iquote a -I b")], "b\n"),
+        ("m.c", "\"speed.h\"", &[("CFLAGS", "-I b -iquote a")], "a\n"),
+        ("m.c", "\"speed.h\"", &[("CFLAGS", "-idirafter a -I b")], "b\n"),
+        ("m.c", "\"speed.h\"", &[("CPATH", "b"), ("CFLAGS", "-isystem a")], "b\n"),
+        ("m.c", "\"speed.h\"", &[("CXXFLAGS", "-I a"), ("CFLAGS", "-I b")], "b\n"),
+        ("m.cpp", "\"speed.h\"", &[("CFLAGS", "-I a"), ("CXXFLAGS", "-I b")], "b\n"),
+        ("m.c", "\"speed.h\"", &[("C_INCLUDE_PATH", "b"), ("CFLAGS", "-I b -I a")], "a\n"),
+    ] {
+        let files = program(name, include);
+        let files: Vec<_> = files.iter().map(|(name, text)| (&**name, &**text)).collect();
+        says_in_both_spellings(&files, variables, says);
+    }
+    // The compiler finds a name that is written exactly before one in other letters.
+    let files = [
+        ("m.c", "#include \"Speed.h\"\nint main(void) { puts(SPEED); return 0; }\n"),
+        ("a/speed.h", "#define SPEED \"a\"\n"),
+        ("b/Speed.h", "#define SPEED \"b\"\n"),
+    ];
+    says_in_both_spellings(&files, &[("CFLAGS", "-I a -idirafter b")], "b\n");
+}
+
+#[test]
+fn a_source_that_is_copied_keeps_its_name() {
+    if !has_compiler() {
+        return;
+    }
+    let text = "#include \"more.h\"\nint main(void) { puts(__BASE_FILE__ \" \" __FILE__ \" \" MORE); return 0; }\n";
+    let files = [("src/a.c", text), ("src/more.h", "#define MORE __BASE_FILE__\n")];
+    says_in_both_spellings(&files, &[("CFLAGS", "-Wall -Werror")], "src/a.c src/a.c src/a.c\n");
+}
+
 #[test]
 fn a_program_for_ft_txt_lib_runs() {
     drives(
