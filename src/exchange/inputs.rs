@@ -42,8 +42,8 @@ pub struct Inputs {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct AreaInputs {
     data: ExchangeDataResponse,
-    /// Linear and logarithmic loudness, where the firmware sends them.
-    microphone: Option<[u16; 2]>,
+    /// Linear and logarithmic loudness; 0 in a response without them, so that none is left from a controller before.
+    microphone: [u16; 2],
 }
 
 /// What a response says of an area.
@@ -108,7 +108,7 @@ impl Inputs {
 
     /// Takes in a response of the simple exchange.
     pub(crate) fn take_simple(&mut self, data: ExchangeDataResponse) {
-        self.areas[0] = Some(AreaInputs { data, microphone: None });
+        self.areas[0] = Some(AreaInputs { data, microphone: [0; 2] });
     }
 
     /// Takes in a compressed response: `words_per_area` words for the master and each active extension.
@@ -142,7 +142,7 @@ impl AreaInputs {
     fn from_words(words: &[u16]) -> Option<Self> {
         let (data, rest) = words.split_first_chunk()?;
         let data = ExchangeDataResponse::from_words(data);
-        Some(Self { data, microphone: rest.first_chunk().copied() })
+        Some(Self { data, microphone: rest.first_chunk().copied().unwrap_or_default() })
     }
 
     fn apply(&self, area: &mut FishX1Transfer) {
@@ -158,10 +158,7 @@ impl AreaInputs {
         for (input, &remote) in area.txt_inputs.ir_input.iter_mut().zip(&self.data.ir) {
             *input = ir_input(remote);
         }
-        if let Some([lin, log]) = self.microphone {
-            area.txt_inputs2.mic_lin = lin;
-            area.txt_inputs2.mic_log = log;
-        }
+        [area.txt_inputs2.mic_lin, area.txt_inputs2.mic_log] = self.microphone;
     }
 }
 

@@ -302,6 +302,7 @@ mod tests {
             let mut exchange = Exchange::new(TransferMode::Compressed, firmware);
             let mut controller = Compressor::new();
             let mut area = [FishX1Transfer::default()];
+            area[0].txt_inputs2.mic_log = 77; // of a controller before
             for value in 1..4 {
                 let response = response(&mut controller, &vec![value; count]);
                 exchange.receive(&response).unwrap().apply(&mut area);

@@ -117,7 +117,7 @@ pub struct FishX1Transfer {
     /// The TXT's further outputs: sound.
     #[doc(alias = "sTxtOutputs")]
     pub txt_outputs: TxtOutputs,
-    /// The TXT's microphone, from firmware 4.2.4 on.
+    /// The TXT's microphone, from firmware 4.2.4 on; 0 otherwise.
     #[doc(alias = "sTxtInputs2")]
     pub txt_inputs2: TxtInputs2,
     /// Unused, up to 1024 bytes.

@@ -17,7 +17,7 @@ use super::whole::Transfers;
 use crate::print;
 
 /// How many later controllers are listed.
-const LISTED_CONTROLLERS: usize = 10;
+pub(super) const LISTED_CONTROLLERS: usize = 10;
 
 const UNKNOWN: &str = "unknown";
 

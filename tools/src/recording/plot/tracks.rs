@@ -7,6 +7,7 @@ use ft_transfer_area::EventKind;
 use ft_transfer_area_recorder::{Column, Cycle, Entry, Recorded, Transfer};
 
 use super::super::clock::Clock;
+use super::super::survey::LISTED_CONTROLLERS;
 use super::draw::{Line, Panel, Picture};
 use super::marks::Marks;
 use super::thin::Thin;
@@ -49,8 +50,9 @@ pub(super) struct Tracks {
     apart: f64,
     /// What is unusual, if that is drawn.
     marks: Option<Marks>,
-    /// The names of those that answer.
+    /// The names of those that answer: the first ones, and whether there are others.
     controllers: Vec<String>,
+    has_others: bool,
 }
 
 /// A terminal. A new mode gives its values another unit, and so another line.
@@ -79,6 +81,7 @@ impl Tracks {
             apart: 0.0,
             marks: None,
             controllers: Vec::new(),
+            has_others: false,
         }
     }
 
@@ -175,9 +178,14 @@ impl Tracks {
     fn answers(&mut self, at: f64, name: String) {
         if at < self.wanted.start {
             self.controllers.clear();
+            self.has_others = false;
         }
-        if !name.is_empty() && !self.controllers.contains(&name) {
-            self.controllers.push(name);
+        if name.is_empty() || self.controllers.contains(&name) {
+            return;
+        }
+        match self.controllers.len() < LISTED_CONTROLLERS {
+            true => self.controllers.push(name),
+            false => self.has_others = true,
         }
     }
 
@@ -236,7 +244,10 @@ impl Tracks {
 
     /// The line above it all: the file's name, and those of the controllers, if there is no other one.
     pub(super) fn title(&self, file: &str, title: Option<String>) -> String {
-        let controllers = self.controllers.join(", then ");
+        let mut controllers = self.controllers.join(", then ");
+        if self.has_others {
+            controllers += ", then others";
+        }
         title.unwrap_or_else(|| match &*controllers {
             "" => file.to_owned(),
             names => format!("{file} ({})", print::clean(names)),
@@ -392,6 +403,23 @@ mod tests {
         let ends = [tracks.ticks[0], *tracks.ticks.last().unwrap()];
         assert!(ends[0] < 100.0 && ends[1] > f64::from(seconds) - 100.0, "{ends:?}");
         assert!(tracks.ticks.windows(2).all(|two| two[1] - two[0] < 150.0));
+    }
+
+    #[test]
+    fn of_many_controllers_the_title_names_the_first_ones() {
+        let mut tracks = Tracks::new(Vec::new(), Names::default(), 0.0..f64::MAX);
+        for number in 0..LISTED_CONTROLLERS {
+            tracks.answers(0.0, format!("TXT-{number}"));
+        }
+        assert!(tracks.title("run.mcap", None).ends_with(", then TXT-8, then TXT-9)"));
+        tracks.answers(0.0, "TXT-0".to_owned());
+        assert!(tracks.title("run.mcap", None).ends_with(", then TXT-9)"), "it has one name");
+        for number in 0..30_000 {
+            tracks.answers(0.0, format!("ANOTHER-{number}"));
+        }
+        let title = tracks.title("run.mcap", None);
+        assert!(title.starts_with("run.mcap (TXT-0, then TXT-1, "), "{title}");
+        assert!(title.ends_with(", then TXT-9, then others)"), "{title}");
     }
 
     #[test]
