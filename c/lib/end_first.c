@@ -1,14 +1,13 @@
 /* Ends all transfers of a program before what waits at its end: functions of atexit, destructors of static objects, and
    the message of an assertion, an exception or a virtual function that is not there, which perhaps nobody reads. With
-   the linker's options --wrap=main, --wrap=exit, --wrap=quick_exit and --wrap=__assert_fail these functions are called in
-   their place. */
+   the linker's options --wrap=main, --wrap=exit and --wrap=quick_exit these functions are called in their place. It is C
+   and C++. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#ifdef __cplusplus
-#include <exception>
 #include <unistd.h>
 
+#ifdef __cplusplus
 extern "C" {
 #endif
 
@@ -18,8 +17,6 @@ void ft_end_transfers(void);
 int __real_main(int argc, char **argv, char **environment);
 void __real_exit(int status) __attribute__((noreturn));
 void __real_quick_exit(int status) __attribute__((noreturn));
-void __real___assert_fail(const char *what, const char *file, unsigned int line, const char *function)
-    __attribute__((noreturn));
 
 int __wrap_main(int argc, char **argv, char **environment)
 {
@@ -41,19 +38,26 @@ __attribute__((noreturn)) void __wrap_quick_exit(int status)
     __real_quick_exit(status);
 }
 
-__attribute__((noreturn)) void __wrap___assert_fail(const char *what, const char *file, unsigned int line,
-                                                    const char *function)
+/* The next ones are in the place of the libraries' own, and dynamic libraries call them, too. Weak, because a library that
+   is linked into the program may have them. */
+#define IN_PLACE __attribute__((weak, noreturn, visibility("default")))
+
+/* The program's name, in the C library. */
+extern char *program_invocation_short_name;
+
+/* A failed assertion. */
+IN_PLACE void __assert_fail(const char *what, const char *file, unsigned int line, const char *function);
+
+void __assert_fail(const char *what, const char *file, unsigned int line, const char *function)
 {
     ft_end_transfers();
-    __real___assert_fail(what, file, line, function);
+    fprintf(stderr, "%s: %s:%u: %s%sAssertion `%s' failed.\n", program_invocation_short_name, file, line,
+            function ? function : "", function ? ": " : "", what);
+    abort();
 }
 
-/* These are in the place of the libraries' own. Weak, because a library that is linked into the program may have them,
-   too. */
-
 /* An assertion for an error's number. */
-__attribute__((weak, noreturn)) void __assert_perror_fail(int error, const char *file, unsigned int line,
-                                                          const char *function);
+IN_PLACE void __assert_perror_fail(int error, const char *file, unsigned int line, const char *function);
 
 void __assert_perror_fail(int error, const char *file, unsigned int line, const char *function)
 {
@@ -62,43 +66,49 @@ void __assert_perror_fail(int error, const char *file, unsigned int line, const 
     abort();
 }
 
-#ifdef __cplusplus
 /* A check of libstdc++: std::__glibcxx_assert_fail. It names no file and no condition where nothing may get to. */
-__attribute__((weak, noreturn)) void _ZSt21__glibcxx_assert_failPKciS0_S0_(const char *file, int line,
-                                                                           const char *function, const char *condition);
+IN_PLACE void _ZSt21__glibcxx_assert_failPKciS0_S0_(const char *file, int line, const char *function,
+                                                    const char *condition);
 
 void _ZSt21__glibcxx_assert_failPKciS0_S0_(const char *file, int line, const char *function, const char *condition)
 {
-    __wrap___assert_fail(condition ? condition : "false", file ? file : "?", line, function);
+    __assert_fail(condition ? condition : "false", file ? file : "?", line, function);
 }
 
+/* std::terminate and std::set_terminate, if a part of the program is C++: perhaps only a compiled file or a library. */
+typedef void (*ft_handler)(void);
+__attribute__((weak, noreturn)) void _ZSt9terminatev(void);
+__attribute__((weak)) ft_handler _ZSt13set_terminatePFvvE(ft_handler handler);
+
 /* What a virtual function is before its class is there. */
-__attribute__((weak, noreturn)) void __cxa_pure_virtual(void);
+IN_PLACE void __cxa_pure_virtual(void);
 
 void __cxa_pure_virtual(void)
 {
     static const char message[] = "pure virtual method called\n";
 
     ft_end_transfers();
-    if (write(2, message, sizeof message - 1) < 0) {
-        /* It ends all the same. */
-    }
-    std::terminate();
-}
+    if (write(2, message, sizeof message - 1) < 0 || !_ZSt9terminatev)
+        abort();
+    _ZSt9terminatev();
 }
 
-static std::terminate_handler terminate_before;
+static ft_handler terminate_before;
 
 /* An exception that nobody catches: what says so comes afterwards. */
-static void end_and_terminate()
+static void end_and_terminate(void)
 {
     ft_end_transfers();
     terminate_before();
 }
 
 /* Before the constructors of static objects, which may throw one. */
-__attribute__((constructor(101))) static void see_exceptions()
+__attribute__((constructor(101))) static void see_exceptions(void)
 {
-    terminate_before = std::set_terminate(end_and_terminate);
+    if (_ZSt13set_terminatePFvvE)
+        terminate_before = _ZSt13set_terminatePFvvE(end_and_terminate);
+}
+
+#ifdef __cplusplus
 }
 #endif

@@ -123,17 +123,12 @@ impl Ours {
             Entry::Main if cfg!(target_os = "linux") => Some(Self {
                 name: "end_first.c",
                 text: include_str!("../../lib/end_first.c"),
-                // In C++ exceptions are seen, too. No second compiler is needed.
+                // No second compiler is needed.
                 language: match inputs.sources.iter().all(|one| one.language == Language::C) {
                     true if !inputs.sources.is_empty() => Language::C,
                     _ => Language::Cpp,
                 },
-                link_options: &[
-                    "-Wl,--wrap=main",
-                    "-Wl,--wrap=exit",
-                    "-Wl,--wrap=quick_exit",
-                    "-Wl,--wrap=__assert_fail",
-                ],
+                link_options: &["-Wl,--wrap=main", "-Wl,--wrap=exit", "-Wl,--wrap=quick_exit"],
             }),
             Entry::Main => None,
         }

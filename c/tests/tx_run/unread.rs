@@ -4,6 +4,8 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::path::Path;
+#[cfg(target_os = "linux")]
+use std::process::Command;
 use std::process::{Child, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -165,6 +167,33 @@ fn the_motors_stop_before_the_message_of_an_assertion_or_an_exception() {
     with_full_errors(&[], "-DPERROR", |_| {});
     with_full_errors(&["-x", "c++"], "-DCHECK", |_| {});
     with_full_errors(&["-x", "c++"], "-DVIRTUAL", |_| {});
+}
+
+/// The program's own source is C, and what fails was compiled before.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_motors_stop_before_the_message_of_a_part_that_is_compiled_in_c_plus_plus() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name).display().to_string();
+    let part = program("unread_elsewhere.cpp").display().to_string();
+    for flags in ["-DNONE", "-DTHROW"] {
+        let (object, archive) = (place("part.o"), place("libpart.a"));
+        let library = place("libpart.so");
+        run_well("c++", &["-c", "-fPIC", flags, &part, "-o", &object]);
+        run_well("ar", &["rcs", &archive, &object]);
+        run_well("c++", &["-shared", &object, "-o", &library]);
+        for linked in [&object, &archive, &library] {
+            with_full_errors(&[linked, "-l", "stdc++"], "-DELSEWHERE", |_| {});
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn run_well(program: &str, arguments: &[&str]) {
+    assert!(Command::new(program).args(arguments).status().unwrap().success(), "{arguments:?}");
 }
 
 /// Beside the first sentence there is no room for what it logs.

@@ -3,7 +3,8 @@
    THROW an exception that nobody catches is thrown, with FROM_CALLBACK and FROM_THREAD it leaves a callback of the
    library or a thread, with FROM_CONSTRUCTOR the constructor of a static object, with VIRTUAL a function is called that
    no class has yet, and with AGAIN it becomes itself once more, turns M1 until I2 is pressed, and is killed. With FAILS
-   calls fail before, about which the library has more to say than can wait, and M1 turns on until I2 is pressed. */
+   calls fail before, about which the library has more to say than can wait, and M1 turns on until I2 is pressed. With
+   ELSEWHERE this is in a part of the program that was compiled before, in C++. */
 #define _GNU_SOURCE
 #ifdef CHECK
 #define _GLIBCXX_ASSERTIONS
@@ -17,6 +18,10 @@
 #include <process.h>
 #include "ROBO_TX_FW.h"
 #include "ftMscLib.h"
+
+#ifdef ELSEWHERE
+void elsewhere(void);
+#endif
 
 static void fill(int output)
 {
@@ -97,6 +102,9 @@ static int run(int count, char **arguments)
 #ifdef FROM_THREAD
     _beginthread(throws, 0, NULL);
     Sleep(INFINITE);
+#endif
+#ifdef ELSEWHERE
+    elsewhere();
 #endif
 #ifdef PERROR
     assert_perror(5);
