@@ -33,6 +33,8 @@ struct Line {
     target: &'static str,
     text: String,
     to_logger: bool,
+    /// How many are missing before it.
+    missing: u64,
 }
 
 /// Leaves a line for the logger, with the level, as `log`'s macros do. Never blocks.
@@ -46,14 +48,14 @@ pub(crate) use notice;
 /// Leaves a line for the logger.
 pub(crate) fn leave(level: Level, target: &'static str, text: fmt::Arguments<'_>) {
     if level <= log::max_level() {
-        push(Line { level, target, text: text.to_string(), to_logger: true });
+        push(Line { level, target, text: text.to_string(), to_logger: true, missing: 0 });
     }
 }
 
 /// Leaves a warning that the program must see: without a logger it goes to the standard error.
 pub(crate) fn warn_always(target: &'static str, text: fmt::Arguments<'_>) {
     let to_logger = log::max_level() != LevelFilter::Off;
-    push(Line { level: Level::Warn, target, text: text.to_string(), to_logger });
+    push(Line { level: Level::Warn, target, text: text.to_string(), to_logger, missing: 0 });
 }
 
 /// Waits until all lines are written, but not longer than `limit`.
@@ -63,12 +65,13 @@ pub(crate) fn flush(limit: Duration) {
     while queue.is_written && !ALL_WRITTEN.wait_until(&mut queue, deadline).timed_out() {}
 }
 
-fn push(line: Line) {
+fn push(mut line: Line) {
     let mut queue = QUEUE.lock();
     if queue.lines.len() >= MOST {
         queue.lost += 1;
         return;
     }
+    line.missing = std::mem::take(&mut queue.lost);
     queue.lines.push_back(line);
     if std::mem::replace(&mut queue.is_written, true) {
         return;
@@ -84,19 +87,27 @@ fn push(line: Line) {
 fn write_all() {
     loop {
         let mut queue = QUEUE.lock();
-        let lost = std::mem::take(&mut queue.lost);
-        let Some(line) = queue.lines.pop_front() else {
+        let line = queue.lines.pop_front();
+        let missing = match &line {
+            Some(line) => line.missing,
+            None => std::mem::take(&mut queue.lost),
+        };
+        if line.is_none() && missing == 0 {
             queue.is_written = false;
             ALL_WRITTEN.notify_all();
             return;
-        };
-        drop(queue);
-        write(&line);
-        if lost > 0 {
-            let text = format!("{lost} lines were not written, because the logger was too slow");
-            write(&Line { level: Level::Warn, target: module_path!(), text, to_logger: true });
         }
+        drop(queue);
+        if missing > 0 {
+            write(&not_written(missing));
+        }
+        line.iter().for_each(write);
     }
+}
+
+fn not_written(lines: u64) -> Line {
+    let text = format!("{lines} lines were not written, because the logger was too slow");
+    Line { level: Level::Warn, target: module_path!(), text, to_logger: true, missing: 0 }
 }
 
 /// Writes a warning in one piece, so that nothing comes between.

@@ -1,5 +1,6 @@
 //! The events, and their kinds.
 
+use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use crate::error::Error;
@@ -130,6 +131,9 @@ pub enum Event {
         device_name: String,
         /// The version of its firmware.
         firmware: FirmwareVersion,
+        /// Its address and port, as the operating system has connected to it: a name may have several addresses. `None` if
+        /// that can't say it.
+        address: Option<SocketAddr>,
     },
     /// The [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) has expired: all outputs are 0 until
     /// a call has returned [`Error::WatchdogExpired`].

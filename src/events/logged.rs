@@ -28,7 +28,7 @@ pub struct LogEntry {
 #[non_exhaustive]
 #[allow(clippy::large_enum_variant, reason = "cycles are by value, so that none of them allocates")]
 pub enum Logged {
-    /// A transfer has begun, or runs already when the log is made.
+    /// A transfer has begun, or runs already when the log is made; that it is in a gap then follows.
     Began(LoggedBeginning),
     /// A request was sent, and its response came in.
     Cycle(LoggedCycle),

@@ -107,21 +107,22 @@ impl State {
     /// The beginning of the transfer, while it is running, for a log.
     pub(crate) fn beginning(&self) -> Option<LoggedBeginning> {
         let at = self.transfer.began()?;
-        let (device_name, firmware) = self.name_and_firmware();
+        let (device_name, firmware, address) = self.answering();
         Some(LoggedBeginning {
             at,
             device_name,
             firmware,
-            address: self.controller.as_ref().and_then(|it| it.address),
+            address,
             areas: self.hand_over.outgoing().len(),
         })
     }
 
-    /// What the controller has said of itself when it was connected last.
-    pub(crate) fn name_and_firmware(&self) -> (String, FirmwareVersion) {
+    /// What the controller has said of itself when it was connected last, and its address.
+    pub(crate) fn answering(&self) -> (String, FirmwareVersion, Option<SocketAddr>) {
+        let address = self.controller.as_ref().and_then(|controller| controller.address);
         let status = self.controller.as_ref().map(|controller| &controller.status);
         let firmware = status.map_or(FirmwareVersion::OLDEST_SUPPORTED, |status| status.version);
-        (status.map(QueryStatusResponse::name).unwrap_or_default(), firmware)
+        (status.map(QueryStatusResponse::name).unwrap_or_default(), firmware, address)
     }
 
     /// An event that does not come with a response, with the current time.

@@ -196,6 +196,26 @@ fn a_log_that_comes_later_begins_with_the_transfer_that_runs() {
 }
 
 #[test]
+fn a_log_that_is_made_in_a_gap_begins_with_it() {
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).reconnect(DEADLINE).build().unwrap();
+    handler.begin_transfer().unwrap();
+    drop(txt);
+    let lost = loop {
+        if let Err(error) = handler.areas().wait_cycle() {
+            break error;
+        }
+    };
+    assert!(matches!(lost, Error::ConnectionLost { .. }), "{lost}");
+    let log = handler.areas().cycle_log(ROOM).unwrap();
+    let _ = handler.end_transfer();
+    drop(handler);
+    let others = others(&all(log));
+    let begins = others[1].starts_with("lost after ");
+    assert!(others[0] == "TX2013 begins" && begins && others.len() == 3, "{others:?}");
+}
+
+#[test]
 fn in_lock_step_each_cycle_is_there_when_a_wait_for_it_ends() {
     let txt = unpaced().lock_step().start().unwrap();
     let handler = handler_for(&txt).lock_step().build().unwrap();

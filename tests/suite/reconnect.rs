@@ -272,10 +272,11 @@ fn another_controller_may_answer_and_shows_its_name() {
     assert_eq!(handler.device_name().as_deref(), Some("the second"));
     assert_eq!(handler.version(), Some(old));
     let restored = events.recv_timeout(DEADLINE).unwrap().event;
-    let Event::ConnectionRestored { device_name, firmware, .. } = restored else {
+    let Event::ConnectionRestored { device_name, firmware, address, .. } = restored else {
         panic!("{restored:?}")
     };
     assert_eq!((&*device_name, firmware), ("the second", old));
+    assert_eq!((address, address.map(|it| it.port())), (handler.address(), Some(first_port)));
     handler.end_transfer().unwrap();
 }
 

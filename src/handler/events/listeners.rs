@@ -8,7 +8,7 @@ use crossbeam_channel::{bounded, Receiver, Sender};
 
 use super::log::Logs;
 use crate::events::{
-    Comparison, EventKind, KindSet, LogEntry, Logged, LoggedBeginning, Stalls, TimedEvent,
+    Comparison, Event, EventKind, KindSet, LogEntry, Logged, LoggedBeginning, Stalls, TimedEvent,
 };
 use crate::terminals::Motor;
 
@@ -28,6 +28,8 @@ pub(crate) struct Listeners {
     ended: bool,
     stalls: Stalls,
     pub(crate) logs: Logs,
+    /// That the connection is lost, as long as it is.
+    gap: Option<TimedEvent>,
 }
 
 #[derive(Debug)]
@@ -78,9 +80,10 @@ impl Listeners {
         running: Option<LoggedBeginning>,
     ) -> Subscription<LogEntry> {
         if self.ended {
-            return Logs::default().add(capacity, None);
+            return Logs::default().add(capacity, std::iter::empty());
         }
-        self.logs.add(capacity, running)
+        let gap = self.gap.clone().map(Logged::Event);
+        self.logs.add(capacity, running.map(Logged::Began).into_iter().chain(gap))
     }
 
     /// Sets the limit after which a motor's standstill is an event; with [`Duration::MAX`] never.
@@ -108,12 +111,18 @@ impl Listeners {
     /// Sends an event that comes from no response to all listeners for its kind, and to all logs. Does not
     /// block.
     pub(crate) fn send_all(&mut self, event: &TimedEvent) {
+        match event.event {
+            Event::ConnectionLost { .. } => self.gap = Some(event.clone()),
+            Event::ConnectionRestored { .. } => self.gap = None,
+            _ => {}
+        }
         send(&self.listeners, event, u64::MAX);
         self.logs.note(&Logged::Event(event.clone()));
     }
 
     /// Sends the end of a transfer to all listeners, whatever they listen for, and to all logs. Does not block.
     pub(crate) fn send_end(&mut self, event: &TimedEvent) {
+        self.gap = None;
         self.logs.note(&Logged::Event(event.clone()));
         for listener in &self.listeners {
             listener.put(event.clone(), listener.capacity + 1);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crossbeam_channel::{bounded, Sender};
 
 use super::listeners::Subscription;
-use crate::events::{LogEntry, Logged, LoggedBeginning, LoggedCycle};
+use crate::events::{LogEntry, Logged, LoggedCycle};
 
 /// Places for entries that are not cycles: the beginnings, gaps and ends of a transfer.
 const RESERVED: usize = 16;
@@ -26,18 +26,16 @@ struct Log {
 }
 
 impl Logs {
-    /// Adds a log. If a transfer runs already, its first entry is this beginning.
+    /// Adds a log. If a transfer runs already, its first entries are these: its beginning, and the gap that it is in.
     pub(super) fn add(
         &mut self,
         capacity: usize,
-        running: Option<LoggedBeginning>,
+        running: impl Iterator<Item = Logged>,
     ) -> Subscription<LogEntry> {
         let (sender, receiver) = bounded(capacity + RESERVED);
         let lost = Arc::new(AtomicU64::new(0));
         let mut log = Log { sender, capacity, lost: Arc::clone(&lost), lost_since: 0 };
-        if let Some(running) = running {
-            log.put(RESERVED, || Logged::Began(running));
-        }
+        running.for_each(|entry| log.put(RESERVED, || entry));
         self.0.push(log);
         Subscription { receiver, lost }
     }
@@ -93,7 +91,7 @@ mod tests {
 
     fn logs(capacity: usize) -> (Logs, Receiver<LogEntry>) {
         let mut logs = Logs::default();
-        let receiver = logs.add(capacity, None).receiver;
+        let receiver = logs.add(capacity, std::iter::empty()).receiver;
         (logs, receiver)
     }
 

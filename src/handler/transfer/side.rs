@@ -251,8 +251,8 @@ impl Shared {
         // In the gap the program could not show that it is alive.
         state.watchdog.feed(now());
         let after = state.clock.now() - lost_at;
-        let (device_name, firmware) = state.name_and_firmware();
-        let restored = Event::ConnectionRestored { after, device_name, firmware };
+        let (device_name, firmware, address) = state.answering();
+        let restored = Event::ConnectionRestored { after, device_name, firmware, address };
         let event = state.happens_now(restored);
         drop(state);
         self.listeners.lock().send_all(&event);

@@ -85,6 +85,9 @@ pub enum Transfer {
         /// The version of its firmware; empty in an older file.
         #[serde(default)]
         firmware: String,
+        /// Its address, as in `Began`; empty in an older file.
+        #[serde(default)]
+        address: String,
     },
     /// The watchdog has stopped the motors.
     WatchdogExpired {
@@ -129,11 +132,14 @@ impl Transfer {
         let millis = |time: &Duration| u64::try_from(time.as_millis()).unwrap_or(u64::MAX);
         Some(match event {
             Event::ConnectionLost { error, .. } => Self::Lost(Failure::from(error)),
-            Event::ConnectionRestored { after, device_name, firmware, .. } => Self::Restored {
-                after_ms: millis(after),
-                device_name: device_name.clone(),
-                firmware: firmware.to_string(),
-            },
+            Event::ConnectionRestored { after, device_name, firmware, address, .. } => {
+                Self::Restored {
+                    after_ms: millis(after),
+                    device_name: device_name.clone(),
+                    firmware: firmware.to_string(),
+                    address: address.map(address_text).unwrap_or_default(),
+                }
+            }
             Event::WatchdogExpired { limit, .. } => {
                 Self::WatchdogExpired { limit_ms: millis(limit) }
             }

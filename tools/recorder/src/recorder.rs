@@ -709,6 +709,9 @@ impl Worker {
                 self.report(file)?;
                 self.before_transfer(file, *at, entry.lost)?;
                 file.writer.transfer(*at, what)?;
+                if matches!(what, Transfer::Restored { .. }) {
+                    self.begin_part(file, *at)?;
+                }
             }
             Fed::Event { at, what } => {
                 self.before_transfer(file, *at, entry.lost)?;
@@ -726,7 +729,10 @@ impl Worker {
         lost: u64,
         now: Instant,
     ) -> McapResult<()> {
-        self.begin_part(file, cycle.arrived)?;
+        // Who answers after a gap comes directly behind the first cycle.
+        if !(cycle.first && file.writer.is_in_gap()) {
+            self.begin_part(file, cycle.arrived)?;
+        }
         file.writer.cycle(cycle, lost)?;
         self.unreported = Some((cycle.arrived, cycle.statistics));
         let since = self.reported.map(|reported| now.saturating_duration_since(reported));

@@ -35,13 +35,18 @@ impl UnderWay {
                 self.messages.truncate(1);
                 self.messages.push(message.clone());
             }
-            Transfer::Restored { device_name: new_name, firmware: new_firmware, .. } => {
+            Transfer::Restored { device_name, firmware, address, .. } => {
                 self.messages.truncate(1);
-                if let Some(Transfer::Began { device_name, firmware, .. }) =
-                    self.messages.first_mut()
+                if let Some(Transfer::Began {
+                    device_name: name,
+                    firmware: version,
+                    address: at,
+                    ..
+                }) = self.messages.first_mut()
                 {
-                    device_name.clone_from(new_name);
-                    firmware.clone_from(new_firmware);
+                    name.clone_from(device_name);
+                    version.clone_from(firmware);
+                    at.clone_from(address);
                 }
             }
             Transfer::Failed(_) | Transfer::Ended | Transfer::EndedBy(_) => *self = Self::default(),

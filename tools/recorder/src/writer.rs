@@ -357,6 +357,11 @@ impl Writer {
         !self.under_way.messages().is_empty()
     }
 
+    /// Whether the connection of the transfer is lost.
+    pub(crate) fn is_in_gap(&self) -> bool {
+        matches!(self.under_way.messages().last(), Some(Transfer::Lost(_)))
+    }
+
     /// An event of a response, of whatever kind.
     pub(crate) fn event(&mut self, at: Instant, message: &RecordedEvent) -> McapResult<()> {
         self.keep_chunk_short()?;

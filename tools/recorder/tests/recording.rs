@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::Input;
 use ft_transfer_area::{
-    CameraFrame, FishX1Transfer, TransferAreaComHandler, TransferAreaComHandlerBuilder,
+    CameraFrame, FishX1Transfer, LoggedCycle, TransferAreaComHandler, TransferAreaComHandlerBuilder,
 };
 use ft_transfer_area_recorder::{
     Cycle, Entry, Error, Failure, FailureKind, Options, Parts, Recorded, Recorder, Recording,
@@ -155,6 +155,46 @@ fn a_recording_in_parts_has_each_cycle_once_and_each_part_begins_with_the_contro
     assert_eq!(totals.lost, 0);
 }
 
+#[test]
+fn a_part_that_is_due_in_a_gap_begins_with_the_controller_that_answers_then() {
+    let folder = folder();
+    let parts = Parts::of_time(Duration::from_millis(50));
+    let path = folder.path().join("run.mcap");
+    let (recorder, mut feed) = Recorder::fed(&path, roomy().parts(parts)).unwrap();
+    let [name, firmware] = ["BETA", "4.7.0"].map(str::to_owned);
+    let address = "127.0.0.3".to_owned();
+    let areas = vec![FishX1Transfer::default()];
+    let began = Transfer::Began {
+        device_name: "ALPHA".to_owned(),
+        firmware: firmware.clone(),
+        address: "127.0.0.2".to_owned(),
+        areas: 1,
+    };
+    let cycle = |number, first| {
+        let mut cycle = LoggedCycle::new(number, &areas);
+        cycle.first = first;
+        cycle
+    };
+    feed.transfer(Instant::now(), began);
+    feed.cycle(cycle(1, true));
+    let away = Failure { kind: FailureKind::NoAnswer, error: "away".to_owned() };
+    feed.transfer(Instant::now(), Transfer::Lost(away));
+    std::thread::sleep(Duration::from_millis(100));
+    feed.cycle(cycle(2, true));
+    let (device_name, after_ms) = (name.clone(), 100);
+    feed.transfer(Instant::now(), Transfer::Restored { after_ms, device_name, firmware, address });
+    feed.cycle(cycle(3, false));
+    recorder.finish().unwrap();
+    let (entries, _) = read(&folder.path().join("run-0002.mcap")).unwrap();
+    match transfers(&entries)[..] {
+        [Transfer::Began { device_name, address, .. }] => {
+            assert_eq!((device_name, &**address), (&name, "127.0.0.3"));
+        }
+        ref other => panic!("{other:?}"),
+    }
+    assert_eq!(cycles(&entries).iter().map(|cycle| cycle.number).collect::<Vec<_>>(), [3]);
+}
+
 /// As of a program that goes online and offline again and again, behind `txt watch`.
 #[test]
 fn a_part_has_its_size_also_without_a_cycle() {
@@ -292,10 +332,11 @@ fn gaps_and_errors_are_in_the_file() {
     recorder.finish().unwrap();
     let (entries, _) = read(&path).unwrap();
     match transfers(&entries)[..] {
-        [Transfer::Began { device_name, firmware, .. }, Transfer::Lost(lost), Transfer::Restored { device_name: now, firmware: newest, .. }, Transfer::Ended] =>
+        [Transfer::Began { device_name, firmware, address, .. }, Transfer::Lost(lost), Transfer::Restored { device_name: now, firmware: newest, address: at, .. }, Transfer::Ended] =>
         {
             assert_eq!((&**device_name, lost.kind), ("TX2013", FailureKind::WrongData));
-            assert_eq!((now, newest), (device_name, firmware));
+            assert_eq!((now, newest, at), (device_name, firmware, address));
+            assert_eq!(*at, txt.address().to_string());
         }
         ref other => panic!("{other:?}"),
     }

@@ -253,10 +253,11 @@ impl Survey {
                 self.lost += entries;
                 self.in_gap = false;
             }
-            Transfer::Restored { after_ms, device_name, firmware, .. } => {
-                // Older files have no names there.
+            Transfer::Restored { after_ms, device_name, firmware, address } => {
+                // Older files have no names there, or no address.
                 if !device_name.is_empty() {
-                    self.answers(device_name, firmware, None, at);
+                    let address = Some(&**address).filter(|address| !address.is_empty());
+                    self.answers(device_name, firmware, address, at);
                 }
                 if mem::take(&mut self.in_gap) {
                     self.end_gap(*after_ms);
@@ -327,6 +328,26 @@ mod tests {
         }
         assert_eq!((&*survey.device_name, survey.controller_changes), ("FIRST", 999));
         assert_eq!(survey.later_controllers.len(), LISTED_CONTROLLERS);
+    }
+
+    #[test]
+    fn a_controller_at_another_address_of_the_same_name_is_there() {
+        let mut survey = Survey::default();
+        let transfer = |value| serde_json::from_value(value).unwrap();
+        let at = Duration::ZERO;
+        let mut note = |what: Transfer| survey.note(&what, at);
+        note(transfer(
+            json!({"what": "began", "device_name": "ALPHA", "firmware": "4.7.0", "address": "127.0.0.2", "areas": 1}),
+        ));
+        note(transfer(
+            json!({"what": "restored", "after_ms": 9, "device_name": "BETA", "firmware": "4.7.0", "address": "127.0.0.3"}),
+        ));
+        // An older file has no address there.
+        note(transfer(
+            json!({"what": "restored", "after_ms": 9, "device_name": "GAMMA", "firmware": "4.7.0"}),
+        ));
+        let later = survey.later_controllers.iter().map(|it| (&*it.device_name, &*it.address));
+        assert_eq!(later.collect::<Vec<_>>(), [("BETA", "127.0.0.3"), ("GAMMA", "127.0.0.3")]);
     }
 
     #[test]
