@@ -13,6 +13,7 @@ use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use serde_json::Value;
 
 use crate::running::Running;
+use crate::watch::away::{at_free_ports, started};
 
 /// How long a step may take, however busy the computer is.
 const LIMIT: Duration = Duration::from_secs(60);
@@ -186,6 +187,22 @@ fn a_controller_that_goes_away_is_reported() {
     let last =
         result["checks"].as_array().unwrap().iter().rfind(|row| row["check"] == "camera-late");
     assert_eq!(last.unwrap()["result"], "not tried");
+}
+
+#[test]
+fn another_controller_that_takes_the_address_ends_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("result.json");
+    let first = at_free_ports(|port| SimulatedTxt::builder().port(port).device_name("FIRST"));
+    let (host, port) = (first.address().to_string(), first.port());
+    let running = Running::start(selftest(&host, &[], &file).stderr(Stdio::piped()));
+    row(&running, "query-status");
+    drop(first);
+    let _second = started(|| SimulatedTxt::builder().port(port).device_name("SECOND"));
+    fails(&running.end(), "another controller has this address now: SECOND, firmware ");
+    let result = json(&fs::read(&file).unwrap());
+    assert_eq!(result["name"], "FIRST");
+    assert!(result["ended_early"].as_str().unwrap().contains("SECOND"), "{result}");
 }
 
 #[test]

@@ -75,16 +75,25 @@ impl Bench {
             left_waiting: true,
             left_online: false,
         };
-        let status = bench.status()?;
+        let status = ask(&mut bench.main()?)?;
         (bench.firmware, bench.name) = (status.version, status.name());
         Ok(bench)
     }
 
     /// What the controller answers to QueryStatus, on a connection of its own.
     pub(super) fn status(&self) -> Result<QueryStatusResponse, Trouble> {
-        let answer =
-            command(&mut self.main()?, CommandId::QueryStatus, &packet(CommandId::QueryStatus))?;
-        QueryStatusResponse::parse(&answer).map_err(|error| Trouble::Lost(error.to_string()))
+        self.main_of_the_same().map(|(_, status)| status)
+    }
+
+    /// A connection to the main port, on which the controller has said that it is still the same.
+    fn main_of_the_same(&self) -> Result<(Line, QueryStatusResponse), Trouble> {
+        let mut main = self.main()?;
+        let status = ask(&mut main)?;
+        let (name, firmware) = (status.name(), status.version);
+        if name != self.name || firmware != self.firmware {
+            return Err(Trouble::Another(format!("{name}, firmware {firmware}")));
+        }
+        Ok((main, status))
     }
 
     /// A connection to one of the three ports; `None` when the controller refuses.
@@ -130,9 +139,10 @@ impl Bench {
         if self.left_waiting || self.left_online {
             self.pause(SETTLES)?;
         }
+        let (main, _) = self.main_of_the_same()?;
         self.left_waiting = true;
         self.left_online = true;
-        let session = Session::begin(self.main()?, self.firmware)?;
+        let session = Session::begin(main, self.firmware)?;
         // StartOnline has cleared all outputs.
         self.left_moving = false;
         let session = self.session.insert(session);
@@ -190,7 +200,7 @@ impl Bench {
         while begin.elapsed() < COMES_BACK {
             match self.status() {
                 Ok(_) => break,
-                Err(Trouble::Interrupted) => return Err(Trouble::Interrupted),
+                Err(trouble @ (Trouble::Interrupted | Trouble::Another(_))) => return Err(trouble),
                 Err(_) => self.pause(ASK_AGAIN)?,
             }
         }
@@ -232,6 +242,11 @@ impl Bench {
         }
         false
     }
+}
+
+fn ask(main: &mut Line) -> Result<QueryStatusResponse, Trouble> {
+    let answer = command(main, CommandId::QueryStatus, &packet(CommandId::QueryStatus))?;
+    QueryStatusResponse::parse(&answer).map_err(|error| Trouble::Lost(error.to_string()))
 }
 
 impl Drop for Bench {

@@ -149,8 +149,13 @@ fn not_there(trouble: Trouble, host: &str) -> anyhow::Error {
         Trouble::Lost(what) => anyhow!(
             "{host}: {what}; is it on, at this address, and is no other program online on it?"
         ),
+        Trouble::Another(other) => anyhow!(another(&other)),
         Trouble::Interrupted | Trouble::Button | Trouble::NotTried(_) => anyhow!(INTERRUPTED),
     }
+}
+
+fn another(controller: &str) -> String {
+    format!("another controller has this address now: {}", print::clean(controller))
 }
 
 const INTERRUPTED: &str = "interrupted";
@@ -199,6 +204,7 @@ impl Run {
         Ok(match (check.run)(&mut self.bench) {
             Ok(outcome) => outcome,
             Err(Trouble::Interrupted) => bail!(INTERRUPTED),
+            Err(Trouble::Another(other)) => bail!(another(&other)),
             Err(Trouble::NotTried(why)) => Outcome::not_tried(why),
             Err(Trouble::Button) => {
                 self.given_up = Some(BUTTON);
@@ -227,6 +233,7 @@ impl Run {
         match self.bench.comes_back() {
             Ok(Some(_)) => {}
             Err(Trouble::Interrupted) => bail!(INTERRUPTED),
+            Err(Trouble::Another(other)) => bail!(another(&other)),
             _ => self.given_up = Some(GONE),
         }
         Ok(())

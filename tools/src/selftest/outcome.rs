@@ -18,6 +18,8 @@ pub(super) enum Trouble {
     Lost(String),
     /// Why the check can't be tried.
     NotTried(&'static str),
+    /// Which other controller has the address now.
+    Another(String),
 }
 
 impl Trouble {
