@@ -8,6 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::prelude::*;
+use ft_transfer_area::TimeLimits;
 use serde_json::Value;
 
 use crate::panel::page::Page;
@@ -83,6 +84,10 @@ impl Lesson {
 /// A pupil's program of lesson 1, until its controller is gone or has no more of it. A wrong one never switches off.
 pub(crate) fn lamp(address: &str, is_right: bool, is_over: impl Fn() -> bool) {
     let handler = TransferAreaComHandler::builder(address).build().unwrap();
+    drives_a_lamp(&handler, is_right, is_over);
+}
+
+fn drives_a_lamp(handler: &TransferAreaComHandler, is_right: bool, is_over: impl Fn() -> bool) {
     let areas = handler.areas();
     areas.lock()[LOCAL_IO].set_ft_motor_config(M4, false);
     handler.begin_transfer().unwrap();
@@ -131,6 +136,36 @@ fn steps_are_ticked_while_a_program_runs_and_the_next_lesson_follows() {
     let next = lesson.state();
     assert_eq!((&next["number"], &next["check"]["phase"]), (&2.into(), &"idle".into()));
     assert_eq!(lesson.post("go/11"), 409);
+}
+
+/// The controller serves one program after the other.
+#[test]
+fn a_check_does_not_go_on_with_a_program_that_has_waited_for_the_first_one() {
+    let lesson = Lesson::start(&[]);
+    assert_eq!(lesson.post("check"), 204);
+    lesson.wait_for("waiting");
+    let is_over = || lesson.state()["checking"] == false;
+    let has_begun = || lesson.state()["check"]["steps"].as_array().unwrap().len() > 2;
+    let second = || {
+        let mut patient = TimeLimits::default();
+        patient.read = LIMIT;
+        let handler = TransferAreaComHandler::builder(&lesson.program).time_limits(patient);
+        drives_a_lamp(&handler.build().unwrap(), true, is_over);
+    };
+    thread::scope(|scope| {
+        lamp(&lesson.program, true, || {
+            let leaves = has_begun();
+            if leaves {
+                scope.spawn(second);
+                // It comes at once, or a little later: both is right.
+                thread::sleep(Duration::from_millis(300));
+            }
+            leaves
+        });
+        let wrong = lesson.wait_for("wrong");
+        let what = &wrong["check"]["wrong"]["what"]["en"];
+        assert_eq!(what, "The program ended, but it should go on.");
+    });
 }
 
 #[test]

@@ -18,6 +18,8 @@ pub(super) struct Moment {
     pub(super) clock: Instant,
     /// The time without what was too long in the pauses between exchanges.
     pub(super) counted: Duration,
+    /// The number of the connection that it came on.
+    pub(super) connection: u64,
     duty: [i16; 8],
     /// How far the slide of each motor has gone, in pulses; 0 without one.
     ways: [f64; 4],
@@ -35,7 +37,8 @@ impl Moment {
         let counted = before.map_or(Duration::ZERO, |before| {
             before.counted + at.saturating_sub(before.at).min(COUNTED)
         });
-        Self { at, clock: Instant::now(), counted, duty, ways: Motor::ALL.map(way), counts }
+        let (clock, connection) = (Instant::now(), machine.connections());
+        Self { at, clock, counted, connection, duty, ways: Motor::ALL.map(way), counts }
     }
 
     /// How long it took from an earlier moment to this one.

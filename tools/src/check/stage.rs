@@ -55,8 +55,6 @@ pub(super) struct Stage<'a> {
     /// When something was waited for last while the program was online. A program that leaves goes offline at once; one
     /// that stands still does not, until the controller ends its connection.
     quiet: Option<Instant>,
-    /// The connection of the program that somebody has started.
-    connection: Option<u64>,
     /// The buttons that are pressed now.
     pressed: BTreeSet<Input>,
     /// Whether somebody wants to end the check.
@@ -91,7 +89,7 @@ impl<'a> Stage<'a> {
 
     fn new(driver: Driver, txt: Txt, report: &'a Report, is_over: &'a dyn Fn() -> bool) -> Self {
         let pressed = BTreeSet::new();
-        Self { driver, txt, report, mark: 0, quiet: None, connection: None, pressed, is_over }
+        Self { driver, txt, report, mark: 0, quiet: None, pressed, is_over }
     }
 
     /// The world as it is at its start, and no exchange yet.
@@ -323,14 +321,16 @@ impl<'a> Stage<'a> {
             }
             // Nobody knows whether it has ended well, but it is gone. Another one may have come at once.
             Driver::Guest => {
-                if self.txt.log.len() == 0 {
-                    return Ok(None);
-                }
-                let now = self.txt.connection();
-                let is_gone = !is_online || *self.connection.get_or_insert(now) != now;
+                let has_begun = self.exchanges() > 0;
+                let is_gone = has_begun && (!is_online || self.is_another(self.txt.connection()));
                 Ok(is_gone.then_some(true))
             }
         }
+    }
+
+    /// Whether this connection is not that of the first exchange.
+    fn is_another(&self, connection: u64) -> bool {
+        self.moment(0).connection != connection
     }
 
     /// Waits until this exchange has taken place.
@@ -343,7 +343,11 @@ impl<'a> Stage<'a> {
             let log = &self.txt.log;
             let is_there = |_: &Machine| log.len() > index;
             if self.txt().wait_until(is_there, LOOK) {
-                return Ok(());
+                let is_guest = matches!(self.driver, Driver::Guest);
+                return match is_guest && self.is_another(self.moment(index).connection) {
+                    true => Err(ended(true, true)),
+                    false => Ok(()),
+                };
             }
             if let Some(well) = self.ended()? {
                 return Err(ended(well, self.exchanges() > 0));
