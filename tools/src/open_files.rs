@@ -9,6 +9,12 @@ const OTHER: u64 = 64;
 /// No server has more pages.
 const PAGES: usize = 200;
 
+/// What a program that passes others on has open for itself, and to stop a controller.
+const OF_WATCH: u64 = 24;
+
+/// No port of a controller has more programs.
+const PROGRAMS: usize = 32;
+
 /// Which part of all is for browsers: one of so many. What drives or stops a controller always finds one.
 const BROWSERS: u64 = 2;
 
@@ -32,6 +38,14 @@ pub(crate) fn for_pages() -> usize {
 /// How many other connections of browsers may be open.
 pub(crate) fn for_others() -> usize {
     for_browsers() - for_pages()
+}
+
+/// How many programs may be connected to each port of a controller that they are passed on to. For each there are two
+/// connections, and one at the main port for a program that waits until a controller is stopped.
+pub(crate) fn for_programs() -> usize {
+    let Some(allowed) = allowed() else { return PROGRAMS };
+    let rest = (allowed - allowed / BROWSERS).saturating_sub(OF_WATCH) / (3 * 2 + 1);
+    PROGRAMS.min(rest.max(1) as usize)
 }
 
 fn for_browsers() -> usize {

@@ -71,6 +71,38 @@ impl Controllers {
     }
 }
 
+/// Which connection to the main port a page and a recording follow: the one that has gone online last.
+#[derive(Debug, Default)]
+pub(crate) struct Followed {
+    drives: Option<u64>,
+    /// The newest one that has been online.
+    last: u64,
+}
+
+impl Followed {
+    pub(crate) fn online(&mut self, connection: u64) {
+        (self.drives, self.last) = (Some(connection), connection);
+    }
+
+    pub(crate) fn offline(&mut self) {
+        self.drives = None;
+    }
+
+    /// Whether a program is online.
+    pub(crate) fn drives(&self) -> bool {
+        self.drives.is_some()
+    }
+
+    /// Whether this is about another connection. While none drives, that is one from before the last program; only what
+    /// becomes of its motors counts then.
+    pub(crate) fn is_other(&self, seen: &Seen) -> bool {
+        match self.drives {
+            Some(number) => number != seen.connection,
+            None => seen.connection < self.last && !matches!(seen.what, Happened::Halted { .. }),
+        }
+    }
+}
+
 /// How long a program that is online and its controller may be silent. The maker's firmware closes the connection after 5 s, and then
 /// nothing can be sent on it.
 pub(crate) const SILENCE: Duration = Duration::from_millis(4500);
@@ -344,4 +376,30 @@ pub(crate) struct I2cExchange {
     pub(crate) written: Vec<u8>,
     /// `None` when no device has answered.
     pub(crate) read: Option<Vec<u8>>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_an_older_connection_goes_on_with_is_not_followed() {
+        let mut followed = Followed::default();
+        let is_other = |followed: &Followed, connection, what| {
+            followed.is_other(&Seen { line: Line::Main, connection, at: Instant::now(), what })
+        };
+        assert!(!is_other(&followed, 1, Happened::Missed), "nobody was online");
+        followed.online(1);
+        assert!(is_other(&followed, 2, Happened::Missed));
+        followed.online(2);
+        assert!(is_other(&followed, 1, Happened::Missed));
+        followed.offline();
+        assert!(is_other(&followed, 1, Happened::Missed), "that program has lost its controller");
+        let halted = Happened::Halted { gone: Gone::Closed, error: None };
+        assert!(!is_other(&followed, 1, halted), "its motors are stopped");
+        assert!(!is_other(&followed, 2, Happened::Missed));
+        assert!(!is_other(&followed, 3, Happened::Missed), "it may go online");
+        followed.online(1);
+        assert!(!is_other(&followed, 1, Happened::Missed));
+    }
 }

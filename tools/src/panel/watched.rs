@@ -19,7 +19,7 @@ use crate::gate::Gate;
 use crate::recording::on_demand::Button;
 use crate::seen::{
     forgotten, halted, ignored, missed, no_answer, not_understood, refused, unanswered,
-    unknown_area, Controllers, Cycle, Farewell, Gone, Happened, I2cExchange, Line, Seen,
+    unknown_area, Controllers, Cycle, Farewell, Followed, Gone, Happened, I2cExchange, Line, Seen,
     FAREWELL_UNANSWERED,
 };
 
@@ -38,11 +38,12 @@ pub(crate) struct Watched {
     next_state: Instant,
     /// How many programs are connected.
     programs: usize,
-    /// The connection that drives: what happens on others to the same port is not shown.
-    drives: Option<u64>,
+    /// What happens on other connections to the same port is not shown.
+    followed: Followed,
     /// The connection of which the camera's last picture is.
     pictures: u64,
-    is_unclear: bool,
+    /// The connection of a program that is not understood.
+    unclear: Option<u64>,
     said: Controllers,
     /// Name and firmware of the controller that is shown.
     controller: Option<(String, String)>,
@@ -78,9 +79,9 @@ impl Watched {
             publish,
             next_state: Instant::now(),
             programs: 0,
-            drives: None,
+            followed: Followed::default(),
             pictures: 0,
-            is_unclear: false,
+            unclear: None,
             said: Controllers::default(),
             controller: None,
             error: None,
@@ -106,13 +107,12 @@ impl Watched {
             Line::Main => self.of_main(seen),
             Line::Camera => self.of_camera(seen),
             Line::I2c => {
-                if let (Happened::I2c(exchange), Some(_)) = (&seen.what, self.drives) {
+                if let (Happened::I2c(exchange), true) = (&seen.what, self.followed.drives()) {
                     self.i2c = Some(exchange.clone());
                 }
             }
         }
-        let is_other =
-            seen.line == Line::Main && self.drives.is_some_and(|number| number != seen.connection);
+        let is_other = seen.line == Line::Main && self.followed.is_other(seen);
         // Nothing that others say hides that motors may go on.
         let warns = self.error.as_ref().is_some_and(|error| MOTORS_MAY_GO_ON.contains(&error.code));
         let is_hidden = is_other || (warns && !matches!(seen.what, Happened::Halted { .. }));
@@ -122,20 +122,20 @@ impl Watched {
     }
 
     fn of_main(&mut self, seen: &Seen) {
-        let is_shown = self.drives.is_none_or(|number| number == seen.connection);
+        let is_shown = !self.followed.is_other(seen);
         self.said.take(seen);
         match &seen.what {
             Happened::Connected(_) => self.programs += 1,
             Happened::Closed => {
                 self.programs = self.programs.saturating_sub(1);
-                self.is_unclear &= self.programs > 0;
+                self.unclear.take_if(|number| *number == seen.connection);
             }
             Happened::Online => {
                 // A controller has one client: the one before has lost it.
-                self.gaps += u64::from(!is_shown);
-                self.drives = Some(seen.connection);
+                self.gaps += u64::from(self.followed.drives() && !is_shown);
+                self.followed.online(seen.connection);
                 self.controller = self.said.of(seen.connection);
-                (self.error, self.is_unclear) = (None, false);
+                (self.error, self.unclear) = (None, None);
                 self.forget();
                 // StartOnline.
                 self.commands = 1;
@@ -145,14 +145,14 @@ impl Watched {
             Happened::Controller { .. } => {
                 let controller = self.said.of(seen.connection);
                 // The program before was connected to another one.
-                if self.drives.is_none() && self.controller != controller {
+                if !self.followed.drives() && self.controller != controller {
                     self.forget();
                 }
                 self.controller = controller;
             }
-            Happened::Command(_) => self.commands += u64::from(self.drives.is_some()),
+            Happened::Command(_) => self.commands += u64::from(self.followed.drives()),
             Happened::Offline(farewell) => {
-                self.drives = None;
+                self.followed.offline();
                 self.gaps += u64::from(*farewell != Farewell::Answered);
                 self.histogram.interrupt();
             }
@@ -161,7 +161,9 @@ impl Watched {
                 self.areas.clone_from(&them.areas);
                 self.forgotten = them.forgotten;
             }
-            Happened::NotUnderstood { .. } | Happened::Missed => self.is_unclear = true,
+            Happened::NotUnderstood { .. } | Happened::Missed => {
+                self.unclear = Some(seen.connection);
+            }
             // Perhaps by a connection of its own, whose exchange is not shown.
             Happened::Halted { error: None, .. } => stop_all(&mut self.areas),
             Happened::Refused(_)
@@ -220,9 +222,9 @@ impl Watched {
     }
 
     fn phase(&self) -> Phase {
-        if self.drives.is_some() {
+        if self.followed.drives() {
             Phase::Running
-        } else if self.is_unclear {
+        } else if self.unclear.is_some() {
             Phase::Unclear
         } else if self.programs > 0 {
             Phase::Connecting

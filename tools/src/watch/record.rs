@@ -15,7 +15,7 @@ use crate::lines;
 use crate::recording::on_demand::{Button, Keeper, Shown, Trouble};
 use crate::recording::output::{discard, end, Output};
 use crate::seen::{
-    forgotten, halted, no_answer, Controllers, Cycle, Farewell, Happened, Line, Seen,
+    forgotten, halted, no_answer, Controllers, Cycle, Farewell, Followed, Happened, Line, Seen,
     UnansweredExchanges, FAREWELL_UNANSWERED, MISSED,
 };
 
@@ -41,8 +41,8 @@ pub(super) struct Record {
     unclear: Option<String>,
     /// How the controller was stopped after its program had gone.
     halted: Option<String>,
-    /// The connection that drives: what comes on others is not in the recording.
-    drives: Option<u64>,
+    /// What comes on other connections is not in the recording.
+    followed: Followed,
     /// A command of it without a response, and from when to when that was waited for.
     unanswered: Option<Unanswered>,
     /// What it has sent beyond the last answer, and what was left out.
@@ -166,7 +166,7 @@ impl Record {
             begins: false,
             unclear: None,
             halted: None,
-            drives: None,
+            followed: Followed::default(),
             unanswered: None,
             beyond: Beyond::default(),
             statistics: Statistics::default(),
@@ -176,12 +176,12 @@ impl Record {
     pub(super) fn take(&mut self, seen: &Seen) {
         self.controllers.take(seen);
         match seen.line {
-            Line::Main if self.drives.is_none_or(|number| number == seen.connection) => {
-                self.of_main(seen);
-            }
-            // A controller has one client: the other one has lost it.
+            Line::Main if !self.followed.is_other(seen) => self.of_main(seen),
             Line::Main if matches!(seen.what, Happened::Online) => {
-                self.ended(seen.at, End::Offline(Farewell::Missing));
+                // A controller has one client: the other one has lost it.
+                if self.followed.drives() {
+                    self.ended(seen.at, End::Offline(Farewell::Missing));
+                }
                 self.of_main(seen);
             }
             Line::Main | Line::I2c => {}
@@ -208,11 +208,11 @@ impl Record {
     fn of_main(&mut self, seen: &Seen) {
         match &seen.what {
             Happened::Online => {
-                if self.drives.is_some() && !self.begins {
+                if self.followed.drives() && !self.begins {
                     self.ended(seen.at, End::OnlineAgain);
                 }
                 self.begins = true;
-                self.drives = Some(seen.connection);
+                self.followed.online(seen.connection);
                 (self.unclear, self.halted, self.unanswered) = Default::default();
                 self.statistics = Statistics::default();
                 self.beyond = Beyond::default();
@@ -230,7 +230,7 @@ impl Record {
             Happened::Unanswered(them) => self.beyond = Beyond::of(them),
             Happened::Halted { gone, error } => {
                 let error = halted(*gone, error.as_ref());
-                if self.drives.is_some() {
+                if self.followed.drives() {
                     self.halted = Some(error);
                 } else {
                     // By a connection of its own.
@@ -257,7 +257,7 @@ impl Record {
 
     /// The transfer has ended.
     fn ended(&mut self, at: Instant, end: End) {
-        self.drives = None;
+        self.followed.offline();
         let beyond = std::mem::take(&mut self.beyond).text();
         let failed = |kind, error: String| {
             let error = [error].into_iter().chain(beyond.clone()).collect::<Vec<_>>().join("; ");

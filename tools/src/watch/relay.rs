@@ -25,6 +25,7 @@ use super::ports::behind;
 use super::tap::{Piece, Tap, What};
 use crate::gate::Gate;
 use crate::lines::Rarely;
+use crate::open_files;
 use crate::seen::{Gone, Line};
 
 const WAKER: Token = Token(3);
@@ -35,8 +36,6 @@ const FIRST: usize = 4;
 /// pause between two attempts.
 const CAMERA_LIMIT: Duration = Duration::from_secs(5);
 const CAMERA_RETRY: Duration = Duration::from_millis(20);
-/// How many connections to a port there may be. A further one ends the one that was not used for the longest time.
-const MOST: usize = 32;
 /// How many are accepted before the others have their turn: those who come again and again do not hold up the one that
 /// drives.
 const AT_ONCE: usize = 8;
@@ -97,6 +96,8 @@ struct Worker {
     passages: BTreeMap<u64, Passage>,
     /// Controllers that are being stopped.
     halts: Vec<Halt>,
+    /// How many connections to a port there may be. A further one ends the one that was not used for the longest time.
+    most: usize,
     /// Programs that come while the controller is being stopped.
     held: Vec<(TcpStream, SocketAddr)>,
     numbers: u64,
@@ -135,6 +136,7 @@ impl Worker {
             poll,
             passages: BTreeMap::new(),
             halts: Vec::new(),
+            most: open_files::for_programs(),
             held: Vec::new(),
             numbers: 0,
             chunk: vec![0; CHUNK],
@@ -277,7 +279,7 @@ impl Worker {
             // What was closed before is closed at the controller first.
             self.pass(|other| line == Line::Main || other == line);
             if line == Line::Main && !self.halts.iter().all(Halt::waits) {
-                if self.held.len() == MOST {
+                if self.held.len() == self.most {
                     self.held.remove(0);
                 }
                 self.held.push((program, from));
@@ -319,12 +321,13 @@ impl Worker {
     /// and what its program uses beside it is the last to be.
     fn has_room(&mut self, line: Line) -> bool {
         let all = || self.passages.values().filter(|one| one.line == line);
-        if all().count() < MOST {
+        if all().count() < self.most {
             return true;
         }
         if !std::mem::replace(&mut self.has_warned_of_many, true) {
             log::warn!(
-                "{MOST} {} connections are open: each further one ends an unused one",
+                "{} {} connections are open: each further one ends an unused one",
+                self.most,
                 line.name()
             );
         }
@@ -507,7 +510,7 @@ impl Worker {
     /// Waits to stop a controller. All that wait do the same, so a few are enough for programs that come again and
     /// again to a controller that ends their connections.
     fn halt_later(&mut self, halt: Halt) {
-        if self.halts.len() >= MOST {
+        if self.halts.len() >= self.most {
             let waiting = self.halts.iter().position(Halt::waits);
             waiting.map(|place| self.halts.remove(place));
         }
@@ -542,7 +545,7 @@ mod tests {
             worker.halt_later(Halt::later(Gone::Lost, number, Driven::new()));
         }
         let numbers: Vec<_> = worker.halts.iter().map(|halt| halt.connection).collect();
-        assert_eq!(numbers, (100 - MOST as u64..100).collect::<Vec<_>>());
+        assert_eq!(numbers, (100 - worker.most as u64..100).collect::<Vec<_>>());
     }
 
     #[test]

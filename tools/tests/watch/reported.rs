@@ -144,6 +144,21 @@ fn what_another_connection_says_is_told_as_its_own() {
 }
 
 #[test]
+fn what_is_not_understood_ends_with_its_connection() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let watch = Watch::start(txt.address(), &[]);
+    let mut page = watch.page();
+    let mut wrong = watch.connect();
+    let _waits = watch.connect();
+    let mut nonsense = Vec::new();
+    CmprHeader { extra_size: 1, ..CmprHeader::default() }.emit_command(&mut nonsense);
+    wrong.write_all(&[&nonsense[..], &[0; 9]].concat()).unwrap();
+    page.state(0, |state| state["link"]["phase"] == "unclear");
+    drop(wrong);
+    page.state(0, |state| state["link"]["phase"] == "connecting");
+}
+
+#[test]
 fn robo_pro_is_answered_through_it_and_what_follows_is_understood() {
     let txt = SimulatedTxt::builder().start().unwrap();
     let watch = Watch::with_lines(txt.address());

@@ -50,7 +50,9 @@ pub(super) struct Tracks {
     apart: f64,
     /// What is unusual, if that is drawn.
     marks: Option<Marks>,
-    /// The names of those that answer: the first ones, and whether there are others.
+    /// The one that answers now, with an empty name if it was not asked.
+    answering: String,
+    /// The names of those that answer in the picture: the first ones, and whether there are others.
     controllers: Vec<String>,
     has_others: bool,
 }
@@ -80,6 +82,7 @@ impl Tracks {
             ticks: Vec::new(),
             apart: 0.0,
             marks: None,
+            answering: String::new(),
             controllers: Vec::new(),
             has_others: false,
         }
@@ -151,6 +154,7 @@ impl Tracks {
             let new = Column::all_of_areas(self.areas).into_iter().skip(self.tracks.len());
             self.tracks.extend(new.map(Track::new));
         }
+        self.note_controller();
         let connected = goes_on && !cycle.first;
         for track in &mut self.tracks {
             // Of a pair, what it is.
@@ -166,7 +170,7 @@ impl Tracks {
     fn take_transfer(&mut self, at: f64, reported: Transfer) {
         match reported {
             Transfer::Began { device_name, .. } | Transfer::Restored { device_name, .. } => {
-                self.answers(at, device_name);
+                self.answering = device_name;
             }
             Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_) => self.lose(at),
             Transfer::NotRecorded { .. } => self.has_lost = true,
@@ -174,17 +178,13 @@ impl Tracks {
         }
     }
 
-    /// The controller with this name answers now; the name is empty if it was not asked.
-    fn answers(&mut self, at: f64, name: String) {
-        if at < self.wanted.start {
-            self.controllers.clear();
-            self.has_others = false;
-        }
-        if name.is_empty() || self.controllers.contains(&name) {
+    /// Notes who answers in the picture.
+    fn note_controller(&mut self) {
+        if self.controllers.contains(&self.answering) {
             return;
         }
         match self.controllers.len() < LISTED_CONTROLLERS {
-            true => self.controllers.push(name),
+            true => self.controllers.push(self.answering.clone()),
             false => self.has_others = true,
         }
     }
@@ -244,12 +244,13 @@ impl Tracks {
 
     /// The line above it all: the file's name, and those of the controllers, if there is no other one.
     pub(super) fn title(&self, file: &str, title: Option<String>) -> String {
-        let mut controllers = self.controllers.join(", then ");
+        let name = |name: &String| if name.is_empty() { "unknown".into() } else { name.clone() };
+        let mut controllers = self.controllers.iter().map(name).collect::<Vec<_>>().join(", then ");
         if self.has_others {
             controllers += ", then others";
         }
         title.unwrap_or_else(|| match &*controllers {
-            "" => file.to_owned(),
+            "" | "unknown" => file.to_owned(),
             names => format!("{file} ({})", print::clean(names)),
         })
     }
@@ -408,20 +409,23 @@ mod tests {
     #[test]
     fn of_many_controllers_the_title_names_the_first_ones() {
         let mut tracks = Tracks::new(Vec::new(), Names::default(), 0.0..f64::MAX);
-        for number in 0..LISTED_CONTROLLERS {
-            tracks.answers(0.0, format!("TXT-{number}"));
+        let mut answers = |name: String| {
+            tracks.answering = name;
+            tracks.note_controller();
+            tracks.title("run.mcap", None)
+        };
+        assert_eq!(answers(String::new()), "run.mcap", "nobody has asked");
+        let mut title = String::new();
+        for number in 0..9 {
+            title = answers(format!("TXT-{number}"));
         }
-        assert!(tracks.title("run.mcap", None).ends_with(", then TXT-8, then TXT-9)"));
-        tracks.answers(0.0, "TXT-0".to_owned());
-        assert!(tracks.title("run.mcap", None).ends_with(", then TXT-9)"), "it has one name");
+        assert!(title.starts_with("run.mcap (unknown, then TXT-0, "), "{title}");
+        assert_eq!(answers("TXT-0".to_owned()), title, "it has one name");
         for number in 0..30_000 {
-            tracks.answers(0.0, format!("ANOTHER-{number}"));
+            title = answers(format!("ANOTHER-{number}"));
         }
-        let title = tracks.title("run.mcap", None);
-        assert!(title.starts_with("run.mcap (TXT-0, then TXT-1, "), "{title}");
-        assert!(title.ends_with(", then TXT-9, then others)"), "{title}");
+        assert!(title.ends_with(", then TXT-8, then others)"), "{title}");
     }
-
     #[test]
     fn of_many_gaps_those_that_nobody_tells_apart_are_one() {
         let gap = |at: usize| at as f64..at as f64 + 0.5;

@@ -88,8 +88,7 @@ impl Terminals {
 impl Area {
     /// What comes next is of another connection.
     fn begin_again(&mut self) {
-        self.inputs.iter_mut().for_each(|input| input.cycles = 0);
-        self.counters = Default::default();
+        *self = Self::default();
     }
 
     fn look_at_inputs(
@@ -244,6 +243,17 @@ mod tests {
             "I4 is over range, 4096 cm: no sensor",
         ];
         assert_eq!(night.found, expected);
+    }
+
+    #[test]
+    fn what_is_over_range_is_told_of_each_connection() {
+        let mut night = Night::default();
+        night.area.config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
+        night.area.input.uni[3] = 1024;
+        night.cycles(20);
+        night.cycles = 0;
+        night.cycles(20);
+        assert_eq!(night.found, ["I4 is over range, 1024 cm"; 2]);
     }
 
     #[test]
