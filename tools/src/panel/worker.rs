@@ -132,6 +132,7 @@ impl Worker {
         let mut areas = handler.areas().wait_cycle_for(WAIT)?;
         self.histogram.count(areas.cycle(), areas.arrived());
         if self.phase != Phase::Running {
+            self.refuse_orders();
             (self.phase, self.error) = (Phase::Running, None);
             self.is_cut = false;
             self.controller.running.store(true, Ordering::Relaxed);
@@ -187,15 +188,22 @@ impl Worker {
         self.is_cut |= self.phase == Phase::Running;
         (self.phase, self.error) = (phase, Some(error.into()));
         self.histogram.interrupt();
+        self.refuse_orders();
         self.publish(&self.controller.handler.areas().lock());
+    }
+
+    /// What was ordered for the connection before, or without one, moves nothing on the next one. Another controller may
+    /// answer there.
+    fn refuse_orders(&self) {
+        for order in self.orders.try_iter() {
+            order.reply.send(Err(not_connected()));
+        }
     }
 
     /// What has to be done without a response, too.
     fn idle(&mut self) {
         if self.phase != Phase::Running {
-            for order in self.orders.try_iter() {
-                order.reply.send(Err(not_connected()));
-            }
+            self.refuse_orders();
         }
         if self.is_due() {
             self.publish(&self.controller.handler.areas().lock());

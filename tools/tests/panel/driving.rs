@@ -50,6 +50,25 @@ fn a_page_turns_a_motor_and_stops_it() {
 }
 
 #[test]
+fn a_command_from_before_a_gap_moves_nothing_after_it() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    let silent = txt.with_machine(|machine| {
+        machine.disturb(FaultKind::Silence);
+        machine.exchanges() + 1
+    });
+    assert!(txt.wait_until(|machine| machine.exchanges() == silent, LIMIT));
+    // It waits for a response, which is that of the next connection.
+    page.ask(json!({"do": "motor", "motor": 0, "duty": 300}));
+    page.state(0, |state| state["link"]["gaps"] == 1 && state["link"]["phase"] == "running");
+    assert!(txt.wait_until(|machine| machine.exchanges() > silent + 20, LIMIT));
+    txt.with_machine(|machine| assert_eq!(machine.controllers[0].outputs.duty, [0; 8]));
+    // What comes then counts.
+    turn(&mut page, &txt);
+}
+
+#[test]
 fn only_one_page_drives_and_the_others_look() {
     let txt = SimulatedTxt::builder().start().unwrap();
     let panel = Panel::of(&[&txt]);
