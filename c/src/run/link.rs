@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::compiler::{words_of, Compiler, NO_CHECKS};
 use crate::inputs::Inputs;
+use crate::libraries::{self, Library};
 use crate::options::Options;
 use crate::packages;
 use crate::signals;
@@ -49,11 +50,12 @@ pub(crate) fn link(
         .collect();
     command.args(&libraries).arg(library);
     if !cfg!(windows) {
-        let beside = inputs.archives.iter().map(|archive| folder_of(archive));
-        let folders = options.library_folders.iter().map(PathBuf::as_path).chain(beside);
+        let linked = linked(inputs, options, &libraries);
+        let beside = inputs.archives.iter().map(|archive| folder_of(archive).to_owned());
+        let folders = options.library_folders.iter().cloned().chain(beside).collect();
         // The own one has what the system puts there, too, when this program is installed. So those that were named come
         // first; the library itself is named by its path where the system keeps that.
-        for folder in folders.chain([own]) {
+        for folder in libraries::folders(folders, &linked)?.iter().chain([&own.to_owned()]) {
             // Behind `-Wl` a comma would be the end of the path.
             command.args(["-Xlinker", "-rpath", "-Xlinker"]).arg(std::path::absolute(folder)?);
         }
@@ -71,6 +73,30 @@ pub(crate) fn link(
     let sources: Vec<&Path> = inputs.sources.iter().map(|source| &*source.path).collect();
     let advice = packages::advice_for_names(&said, &names, &sources);
     Err(format!("the program can't be linked{libraries}{advice}").into())
+}
+
+/// The dynamic libraries that the linker takes.
+fn linked(inputs: &Inputs, options: &Options, words: &[OsString]) -> Vec<Library> {
+    let mut folders = folders_in(&words_of("LDFLAGS"));
+    folders.extend(options.library_folders.iter().cloned());
+    folders.extend(folders_in(words));
+    let names = words.iter().filter_map(|word| library_name(word));
+    let named = names.filter_map(|name| Library::named(&name, &folders));
+    inputs.archives.iter().filter_map(|file| Library::of(file)).chain(named).collect()
+}
+
+/// The folders that such words name for libraries.
+fn folders_in(words: &[OsString]) -> Vec<PathBuf> {
+    let mut words = words.iter();
+    let mut folders = Vec::new();
+    while let Some(word) = words.next() {
+        match word.to_str().and_then(|word| word.strip_prefix("-L")) {
+            Some("") => folders.extend(words.next().map(PathBuf::from)),
+            Some(folder) => folders.push(folder.into()),
+            None => {}
+        }
+    }
+    folders
 }
 
 fn joined(option: &str, value: &OsStr) -> OsString {

@@ -20,6 +20,7 @@ mod inputs;
 mod key;
 mod kind;
 mod language;
+mod libraries;
 mod lines;
 mod link;
 mod missing;

@@ -225,7 +225,7 @@ fn without_detours(file: PathBuf) -> PathBuf {
     }
 }
 
-/// The text with spaces in place of all `/* */` and of raw texts, so that all else stays where it is.
+/// The text with spaces in place of all comments of several lines and of raw texts, so that all else stays where it is.
 pub(crate) fn without_comments(text: &[u8]) -> Vec<u8> {
     let mut code = text.to_owned();
     let mut at = 0;
@@ -233,15 +233,19 @@ pub(crate) fn without_comments(text: &[u8]) -> Vec<u8> {
         at += match &text[at..] {
             [b'/', b'*', rest @ ..] => {
                 let Some(end) = rest.windows(2).position(|it| it == b"*/") else { break };
-                let comment = &mut code[at..at + end + 4];
-                comment
-                    .iter_mut()
-                    .filter(|it| !matches!(it, b'\r' | b'\n'))
-                    .for_each(|it| *it = b' ');
-                comment.len()
+                blank(&mut code[at..at + end + 4]);
+                end + 4
             }
-            [b'/', b'/', ..] => length_to(&text[at..], b'\n'),
+            [b'/', b'/', ..] => {
+                let length = length_to(&text[at..], b'\n');
+                // In its first line it may also be a part of a path, and does no harm.
+                let first = length_to_line(&text[at..]).min(length);
+                blank(&mut code[at + first..at + length]);
+                length
+            }
             [b'R', b'"', ..] => blank_raw(&mut code[at..]),
+            // In a number a quote separates digits.
+            [b'0'..=b'9', ..] => length_of_word(&text[at..]),
             [quote @ (b'"' | b'\''), rest @ ..] => 1 + length_to(rest, *quote),
             _ => 1,
         };
@@ -258,8 +262,30 @@ fn blank_raw(code: &mut [u8]) -> usize {
         Some(begin + length + end.len())
     };
     let Some(end) = begin.and_then(end_of) else { return 1 };
-    code[2..end].iter_mut().filter(|it| !matches!(it, b'\r' | b'\n')).for_each(|it| *it = b' ');
+    blank(&mut code[2..end]);
     end
+}
+
+/// Puts spaces in place of this. Lines stay lines.
+fn blank(code: &mut [u8]) {
+    code.iter_mut().filter(|it| !matches!(it, b'\r' | b'\n')).for_each(|it| *it = b' ');
+}
+
+/// How long the first line is.
+fn length_to_line(text: &[u8]) -> usize {
+    text.iter().position(|byte| *byte == b'\n').map_or(text.len(), |end| end + 1)
+}
+
+/// How long a number is, or what follows a digit in a name.
+fn length_of_word(text: &[u8]) -> usize {
+    let is_of_word = |byte: &u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'.');
+    let mut at = 1;
+    while text.get(at).is_some_and(is_of_word)
+        || (text.get(at) == Some(&b'\'') && text.get(at + 1).is_some_and(is_of_word))
+    {
+        at += 1;
+    }
+    at
 }
 
 /// How long this is with the character that ends it, at most until the end of the line.
@@ -267,7 +293,12 @@ fn length_to(text: &[u8], end: u8) -> usize {
     let mut at = 0;
     while let Some(byte) = text.get(at) {
         at += match byte {
-            b'\\' => 2,
+            // Spaces between it and the end of its line do not count.
+            b'\\' => match text[at + 1..].iter().position(|it| !matches!(it, b' ' | b'\t' | b'\r'))
+            {
+                Some(spaces) if text[at + 1 + spaces] == b'\n' => spaces + 2,
+                _ => 2,
+            },
             _ if *byte == end || *byte == b'\n' => return at + 1,
             _ => 1,
         };
@@ -346,6 +377,8 @@ pub(crate) mod tests {
     fn what_is_in_a_comment_is_not_included() {
         let text = "/* one */ #include \"a.h\"\n/*\n#include \"no.h\"\n*/\n// it's /* one\n#include <b.h>\n\
                     char *s = \"\\\"/*\", c = '\"', d = '\\'';\n#include \"dir//*c.h\"\n/* no end\n#include <d.h>\n";
+        let more = "int x = 1'000; /* old:\n#include \"no.h\"\n*/ // C:\\dir\\\r\n#include \"no.h\"\r\nint y = 0x1'f; /*'*/\n";
+        let text = &[more, text].concat();
         let code = without_comments(text.as_bytes());
         assert_eq!(code.len(), text.len());
         let found = includes_of(&code);

@@ -586,6 +586,52 @@ fn a_compiler_that_leaves_something_running_is_not_waited_for() {
     }
 }
 
+/// Each has the name by which the program looks for it, as nearly every library has.
+#[cfg(target_os = "linux")]
+#[test]
+fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_with() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let library = |place: &str, name: &str, value: u8| {
+        write(folder.path(), "part.c", &format!("int {name}(void) {{ return {value}; }}\n"));
+        let file = at(place).join(format!("lib{name}.so.1"));
+        std::fs::create_dir_all(at(place)).unwrap();
+        let mut command = Command::new("cc");
+        command.args(["-shared", "-fPIC", "-o"]).arg(&file).arg(at("part.c"));
+        command.arg(format!("-Wl,-soname,lib{name}.so.1"));
+        assert!(command.status().unwrap().success());
+        std::fs::remove_file(at("part.c")).unwrap();
+        std::os::unix::fs::symlink(&file, at(place).join(format!("lib{name}.so"))).unwrap();
+    };
+    library("a", "other", 40);
+    library("a", "speed", 1);
+    library("b", "speed", 2);
+    let main = "int speed(void);\nint other(void);\nint main(void) { return other() + speed(); }\n";
+    write(folder.path(), "m.c", main);
+    let status = |arguments: &[&str], flags: &str| {
+        let mut command = tx_run(&["--world", "none", "m.c"]);
+        command.args(arguments).env("LDFLAGS", flags).current_dir(folder.path());
+        Run::start(&mut command).end()
+    };
+    for (arguments, flags) in [
+        (&["a/libother.so.1", "b/libspeed.so.1"][..], ""),
+        (&["b/libspeed.so.1", "a/libother.so.1", "-L", "a"], ""),
+        (&["-L", "a", "-l", "other", "-l", "speed"], "-Lb"),
+    ] {
+        let ended = status(arguments, flags);
+        assert_eq!(ended.status, Some(42), "{arguments:?} {ended:?}");
+    }
+    assert_eq!(status(&["-L", "a", "-L", "b", "-l", "other", "-l", "speed"], "").status, Some(41));
+    // Whatever the order is, one of them is another one.
+    library("b", "other", 80);
+    let ended = status(&["a/libother.so.1", "b/libspeed.so.1"], "");
+    assert_eq!(ended.status, Some(1));
+    assert!(ended.err.contains("has another library with the same name"), "{}", ended.err);
+}
+
 /// The folder of the library may be that of the system's libraries.
 #[cfg(target_os = "linux")]
 #[test]
