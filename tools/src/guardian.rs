@@ -26,6 +26,8 @@ impl Guardian {
     /// Starts it for this controller. Each has its own: one that does not answer at the end is no reason to stop others,
     /// which somebody else may drive by then.
     pub(crate) fn start(host: &str) -> anyhow::Result<Self> {
+        #[cfg(unix)]
+        leave_no_memory_image();
         let (child, input) = spawn(host)
             .context("can't start the process that stops the motors when this one is killed")?;
         let input = Arc::new(Mutex::new(Some(input)));
@@ -47,6 +49,20 @@ impl Guardian {
 impl Drop for Guardian {
     fn drop(&mut self) {
         drop(lock(&self.0).take());
+    }
+}
+
+/// The system closes the input of a program that has crashed only when its memory image is written, and the disk for that
+/// may stand still.
+#[cfg(unix)]
+fn leave_no_memory_image() {
+    use nix::sys::resource::{getrlimit, setrlimit, Resource};
+
+    // With 0 Linux still hands it to a program that collects them.
+    let set = getrlimit(Resource::RLIMIT_CORE)
+        .and_then(|(_, most)| setrlimit(Resource::RLIMIT_CORE, most.min(1), most));
+    if let Err(error) = set {
+        log::warn!("a crash may keep motors on until its memory image is written: {error}");
     }
 }
 

@@ -13,6 +13,7 @@ use std::time::Duration;
 use ft_transfer_area::Error;
 
 #[cfg(target_os = "linux")]
+use crate::dump::Dump;
 use crate::forks::Forks;
 use crate::online::{self, Online, While};
 use crate::options::Options;
@@ -58,6 +59,9 @@ fn hosts_in(ports: &str) -> impl Iterator<Item = String> + '_ {
     hosts.map(|(_, host)| host.trim().to_owned()).filter(|host| !host.is_empty())
 }
 
+/// What is said of the memory image of a crash.
+const CUT_OFF: &str = "its memory image (core) was cut off, because its motors were on meanwhile";
+
 /// Runs the program. Its motors are off afterwards, as far as that is possible.
 pub(crate) fn run(
     program: &Program,
@@ -87,6 +91,7 @@ pub(crate) fn run(
     let mut child = command.spawn()?;
     let id = signals::pass_on_to(&child);
     let mut was_left = false;
+    let (mut dump, mut cut_off) = (Dump::default(), None);
     let (to_say, saying) = say_meanwhile();
     let status = loop {
         match child.try_wait() {
@@ -98,6 +103,11 @@ pub(crate) fn run(
         if online.is_left(is_suspended) {
             was_left = true;
             online.begin_to_stop(if is_suspended { While::IsSuspended } else { While::Runs });
+        }
+        if dump.takes_long(child.id()) && cut_off.is_none() && online.has_any() {
+            cut_off = Some(String::from(CUT_OFF));
+            // It may have ended meanwhile.
+            let _ = child.kill();
         }
         // Sentences without room are not said.
         for stopped in online.take_stopped() {
@@ -142,8 +152,8 @@ pub(crate) fn run(
     let is_off = online.has_begun() && stopped.is_empty() && !was_left;
     let word =
         word.map(|word| if is_crash && is_off { word + "; all outputs are off" } else { word });
-    let words =
-        word.into_iter().chain(forks).chain(stopped.into_iter().map(|(_, it)| it)).collect();
+    let stopped = stopped.into_iter().map(|(_, it)| it);
+    let words = word.into_iter().chain(cut_off).chain(forks).chain(stopped).collect();
     Ok(Ended { status, saying, words })
 }
 

@@ -12,6 +12,7 @@ mod cache;
 mod child;
 mod compiler;
 mod copies;
+mod dump;
 mod folder;
 #[cfg(target_os = "linux")]
 mod forks;

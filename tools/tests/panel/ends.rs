@@ -106,6 +106,25 @@ fn the_guardian_of_the_only_controller_has_its_address() {
     }
 }
 
+/// The guardian would wait until it is written.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_panel_that_crashes_writes_no_memory_image() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let mut shell = std::process::Command::new("sh");
+    shell.args([
+        "-c",
+        "ulimit -S -c \"$(ulimit -H -c)\" && exec \"$0\" panel --port 0 --no-browser \"$1\"",
+    ]);
+    shell.args([env!("CARGO_BIN_EXE_txt"), &txt.address().to_string()]).stdin(Stdio::null());
+    let running = crate::running::Running::start(&mut shell);
+    assert!(txt.wait_until(|machine| machine.exchanges() > 10, LIMIT));
+    let limits = std::fs::read_to_string(format!("/proc/{}/limits", running.id())).unwrap();
+    let core = limits.lines().find_map(|line| line.strip_prefix("Max core file size")).unwrap();
+    let soft: u64 = core.split_whitespace().next().unwrap().parse().unwrap();
+    assert!(soft <= 1, "{core}");
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn another_guardian_takes_the_place_of_one_that_is_killed() {
