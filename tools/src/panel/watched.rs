@@ -48,6 +48,8 @@ pub(crate) struct Watched {
     /// Name and firmware of the controller that is shown.
     controller: Option<(String, String)>,
     error: Option<Problem>,
+    /// The connection to the camera or I2C on which it was not understood.
+    unclear_beside: Option<(Line, u64)>,
     /// None before the program's first exchange.
     areas: Vec<FishX1Transfer>,
     cycle_ms: f64,
@@ -85,6 +87,7 @@ impl Watched {
             said: Controllers::default(),
             controller: None,
             error: None,
+            unclear_beside: None,
             areas: Vec::new(),
             cycle_ms: 0.0,
             cycles: 0,
@@ -116,7 +119,15 @@ impl Watched {
         // Nothing that others say hides that motors may go on.
         let warns = self.error.as_ref().is_some_and(|error| MOTORS_MAY_GO_ON.contains(&error.code));
         let is_hidden = is_other || (warns && !matches!(seen.what, Happened::Halted { .. }));
+        let connection = (seen.line, seen.connection);
+        // It need not be the program's, so what it said ends with it.
+        let is_over = matches!(seen.what, Happened::Closed);
+        if is_over && self.unclear_beside.take_if(|unclear| *unclear == connection).is_some() {
+            self.error = None;
+        }
         if let Some(error) = problem(seen).filter(|_| !is_hidden) {
+            let is_unclear = matches!(seen.what, Happened::NotUnderstood { .. });
+            self.unclear_beside = (is_unclear && seen.line != Line::Main).then_some(connection);
             self.error = Some(error);
         }
     }
@@ -135,7 +146,7 @@ impl Watched {
                 self.gaps += u64::from(self.followed.drives() && !is_shown);
                 self.followed.online(seen.connection);
                 self.controller = self.said.of(seen.connection);
-                (self.error, self.unclear) = (None, None);
+                (self.error, self.unclear, self.unclear_beside) = (None, None, None);
                 self.forget();
                 // StartOnline.
                 self.commands = 1;

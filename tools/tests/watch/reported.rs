@@ -1,6 +1,7 @@
 //! What the lines of JSON say.
 
 use std::io::{Read, Write};
+use std::net::TcpStream;
 use std::process::Stdio;
 
 use ft_transfer_area::transfer_area::{Config, InputMode, UniConfig, LOCAL_IO};
@@ -149,13 +150,24 @@ fn what_is_not_understood_ends_with_its_connection() {
     let watch = Watch::start(txt.address(), &[]);
     let mut page = watch.page();
     let mut wrong = watch.connect();
-    let _waits = watch.connect();
+    let waits = watch.connect();
     let mut nonsense = Vec::new();
     CmprHeader { extra_size: 1, ..CmprHeader::default() }.emit_command(&mut nonsense);
     wrong.write_all(&[&nonsense[..], &[0; 9]].concat()).unwrap();
     page.state(0, |state| state["link"]["phase"] == "unclear");
     drop(wrong);
     page.state(0, |state| state["link"]["phase"] == "connecting");
+    drop(waits);
+    // Nor is what a stranger says beside the program.
+    let mut program = KitClient::online(([127, 0, 0, 1], watch.port).into());
+    program.exchange([1; 8]);
+    let unclear = |state: &Value| state["link"]["error"]["code"] == "not_understood";
+    let mut stranger = TcpStream::connect(("127.0.0.1", watch.port + 1)).unwrap();
+    stranger.write_all(&[b'x'; 64]).unwrap();
+    page.state(0, unclear);
+    drop(stranger);
+    page.state(0, |state| !unclear(state));
+    program.end();
 }
 
 #[test]
