@@ -185,7 +185,7 @@ impl Compiler {
         if !key::is_known_compiler(program, &[options, &self.flags].concat()) {
             return Ok(None);
         }
-        let mut command = self.compile(&[], None, &[]);
+        let mut command = self.compile(&[], &[]);
         self.add_source(&mut command, Path::new("-"));
         // Otherwise it names files that are new each time.
         command.args(["-c", "-save-temps=obj", "-o", "a.o"]);
@@ -202,18 +202,10 @@ impl Compiler {
     }
 
     /// A command that compiles a source with more options, before those of the user, and still without its headers' folders
-    /// behind those of the program. Its quoted includes are looked for in the first folder before all others.
-    pub(crate) fn compile(
-        &self,
-        more: &[&str],
-        quoted: Option<&Path>,
-        folders: &[PathBuf],
-    ) -> Command {
+    /// behind those of the program.
+    pub(crate) fn compile(&self, more: &[&str], folders: &[PathBuf]) -> Command {
         let mut command = self.command();
         command.args(&self.before).args(more);
-        if let Some(folder) = quoted {
-            command.arg("-iquote").arg(folder);
-        }
         for folder in folders {
             command.arg("-I").arg(folder);
         }
@@ -238,7 +230,7 @@ impl Compiler {
 
     /// A command that makes an object of such a text.
     pub(crate) fn assemble(&self, text: &Path, object: &Path) -> Command {
-        let mut command = self.compile(&[], None, &[]);
+        let mut command = self.compile(&[], &[]);
         if self.is_clang {
             // The options that count only for a source.
             command.arg("-Qunused-arguments");
@@ -259,7 +251,7 @@ impl Compiler {
             command.env("LC_ALL", "C").args(["-E", "-v", "-x", self.language.option(), "-"]);
             signals::output_of(&mut command).map(|output| output.stderr)
         };
-        let said = ask(self.compile(&[], None, &[]))?;
+        let said = ask(self.compile(&[], &[]))?;
         let mut alone = self.command();
         for variable in FOLDERS {
             alone.env_remove(variable);

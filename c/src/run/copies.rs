@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::headers::{Headers, COMMON};
+use crate::link::folder_of;
 use crate::read;
 use crate::sources::{without_comments, Found, Include, Own, OwnFiles};
 
@@ -75,8 +76,8 @@ pub(crate) struct Copies {
     pub(crate) of: BTreeMap<PathBuf, PathBuf>,
     /// Files of the program in place of which our headers are used.
     pub(crate) passed_over: BTreeSet<PathBuf>,
-    /// Those of the copied files with includes that their text does not show, for which their own folder comes first.
-    pub(crate) look_beside: BTreeSet<PathBuf>,
+    /// The folders of copied files, and those of their copies.
+    folders: BTreeMap<PathBuf, PathBuf>,
 }
 
 impl Copies {
@@ -98,9 +99,27 @@ impl Copies {
             fs::create_dir_all(copy.parent().unwrap_or(to))?;
             fs::write(copy, text)?;
         }
-        let has_more = |path: &&PathBuf| own.files[*path].has_more_includes();
-        copies.look_beside = copies.of.keys().filter(has_more).cloned().collect();
+        let with_more = copies.of.keys().filter(|path| own.files[*path].may_have_more_includes());
+        let with_more: BTreeSet<&Path> = with_more.map(|path| folder_of(path)).collect();
+        for folder in with_more {
+            let place = &copies.folders[folder];
+            stand_in(folder, place)?;
+            if let Some(around) = place.parent() {
+                stand_in(&folder.join(".."), around)?;
+            }
+        }
         Ok(copies)
+    }
+
+    /// Where the copy of a file goes: to those from its folder.
+    fn place(&mut self, path: &Path, to: &Path) -> PathBuf {
+        let folder = folder_of(path).to_owned();
+        let number = self.folders.len().to_string();
+        let place = self.folders.entry(folder).or_insert_with_key(|folder| {
+            let folder = folder.canonicalize().unwrap_or_else(|_| folder.clone());
+            to.join(number).join(folder.file_name().unwrap_or("root".as_ref()))
+        });
+        place.join(path.file_name().unwrap_or_default())
     }
 
     fn choose(&mut self, meanings: &BTreeMap<&Path, Vec<Meaning>>, to: &Path) {
@@ -113,9 +132,8 @@ impl Copies {
             let before = self.of.len();
             for (path, all) in meanings {
                 if !self.of.contains_key(*path) && all.iter().any(|it| needs_copy(it, &self.of)) {
-                    let copy = to.join(self.of.len().to_string());
-                    let name = path.file_name().unwrap_or_default();
-                    self.of.insert(path.to_path_buf(), copy.join(name));
+                    let copy = self.place(path, to);
+                    self.of.insert(path.to_path_buf(), copy);
                 }
             }
             if self.of.len() == before {
@@ -129,8 +147,8 @@ impl Copies {
         }
     }
 
-    /// The text of a copy: its includes name what they mean, because nothing lies beside it any more. What a compiler finds
-    /// in other folders is left to it, unless that is a copy, too.
+    /// The text of a copy: its includes name what they mean, because nothing else lies beside it. What a compiler finds in
+    /// other folders is left to it, unless that is a copy, too.
     fn text(&self, path: &Path, text: &[u8], own: &OwnFiles, meanings: &[Meaning]) -> Vec<u8> {
         let mut copy = format!("#line 1 {}\n", quoted(path)).into_bytes();
         let mut end = if text.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
@@ -151,6 +169,26 @@ impl Copies {
         copy.extend_from_slice(&text[end..]);
         copy
     }
+}
+
+/// Puts something in a folder of copies for each other file of their own folder, and for each folder there. A copy may
+/// include files in ways that its text does not show, such as `#include MACRO`, and looks for them beside itself.
+fn stand_in(folder: &Path, place: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let (file, to) = (std::path::absolute(entry.path())?, place.join(entry.file_name()));
+        let can_be_quoted = file.to_str().is_some_and(|name| !name.contains(['"', '\n']));
+        if to.exists() || !can_be_quoted {
+            continue;
+        }
+        if file.is_file() {
+            fs::write(to, format!("#include {}\n", quoted(&file)))?;
+        } else if cfg!(unix) && file.is_dir() {
+            // Its files and those around it are then found as from the folder itself.
+            #[cfg(unix)]
+            std::os::unix::fs::symlink(file, to)?;
+        }
+    }
+    Ok(())
 }
 
 /// A path as C has it in quotes.

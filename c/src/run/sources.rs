@@ -65,11 +65,12 @@ pub(crate) struct OwnFile {
 }
 
 impl OwnFile {
-    /// Whether there may be includes that are not known, such as `#include MACRO` and one that goes on in the next line.
-    pub(crate) fn has_more_includes(&self) -> bool {
-        let behind_marks = self.code.split(|byte| *byte == b'#').skip(1);
-        let is_include = |text: &&[u8]| text.trim_ascii_start().starts_with(b"include");
-        behind_marks.filter(is_include).count() > self.includes.len()
+    /// Whether there may be includes that are not known, such as `#include MACRO`, `%:include`, `#import` and one that goes
+    /// on in the next line, or questions for files, such as `__has_include`.
+    pub(crate) fn may_have_more_includes(&self) -> bool {
+        let text = String::from_utf8_lossy(&self.text);
+        let words = ["include", "import", "embed"].map(|word| text.matches(word).count());
+        words.iter().sum::<usize>() > self.includes.len()
     }
 }
 
@@ -389,15 +390,17 @@ pub(crate) mod tests {
 
     #[test]
     fn includes_that_the_text_does_not_show_are_counted() {
-        let has_more = |text: &str| {
+        let may_have_more = |text: &str| {
             let folder = tempfile::tempdir().unwrap();
             let source = write(folder.path(), "a.c", text);
             let own = OwnFiles::read([&*source].into_iter(), &Folders::default()).unwrap();
-            own.files[&source].has_more_includes()
+            own.files[&source].may_have_more_includes()
         };
-        assert!(!has_more("/*\n#include <c.h>\n*/ #define include\n #  include <a.h>\n#include \"b.h\"\nint include;\n"));
-        for more in ["# include MACRO", "#include \\\n \"c.h\""] {
-            assert!(has_more(&format!("#include \"b.h\"\n{more}\n")), "{more}");
+        assert!(!may_have_more(" #  include <a.h>\n#include \"b.h\"\nint main(void);\n"));
+        for more in
+            ["# include MACRO", "#include \\\n \"c.h\"", "%:include \"c.h\"", "#import \"c.h\""]
+        {
+            assert!(may_have_more(&format!("#include \"b.h\"\n{more}\n")), "{more}");
         }
     }
 

@@ -15,7 +15,6 @@ use crate::inputs::{Language, Source};
 use crate::key::{self, Key};
 use crate::kind::Kind;
 use crate::language;
-use crate::link::folder_of;
 use crate::packages;
 use crate::read;
 use crate::signals;
@@ -212,22 +211,9 @@ impl Unit<'_> {
     fn command(&self) -> Command {
         let headers = &self.plan.headers;
         let copies = self.plan.copies.get(&self.source.language);
-        // Only then, because what the source includes looks there, too.
-        let looks_beside = copies.is_some_and(|it| it.look_beside.contains(self.path()));
-        let quoted = looks_beside.then(|| folder_of(self.path()));
-        let mut command = self.compiler.compile(self.more_options(), quoted, &headers.folders);
+        let mut command = self.compiler.compile(self.more_options(), &headers.folders);
         if let Some(windows) = &headers.windows {
             command.arg("-I").arg(windows);
-        }
-        // What is included in ways that the text does not show.
-        let copied = copies.into_iter().flat_map(|it| it.of.keys());
-        let folders: BTreeSet<&Path> = copied.map(|it| folder_of(it)).collect();
-        let place = quoted.and_then(|folder| folder.canonicalize().ok());
-        for folder in folders {
-            // gcc takes a folder at its later place.
-            if place.is_none() || folder.canonicalize().ok() != place {
-                command.arg("-idirafter").arg(folder);
-            }
         }
         let copy = copies.and_then(|it| it.of.get(self.path()));
         if copy.is_some() {

@@ -402,6 +402,60 @@ fn a_header_that_is_copied_is_the_one_that_the_compiler_finds_first() {
 }
 
 #[test]
+fn what_the_text_of_a_copy_does_not_show_is_what_the_compiler_finds() {
+    if !has_compiler() {
+        return;
+    }
+    let says = |includes: &str, headers: &[(&str, &str)], flags: &str, says: &str| {
+        let main = format!("{includes}\nint main(void) {{ puts(VALUE); return 0; }}\n");
+        let files = [&[("src/m.c", &*main)], headers].concat();
+        says_in_both_spellings(&files, &[("CFLAGS", flags)], says);
+    };
+    let [beside, inc] =
+        [("src/val.h", "#define VALUE \"src\"\n"), ("inc/val.h", "#define VALUE \"inc\"\n")];
+    for include in [
+        "#define N \"val.h\"\n#include N",
+        "#import \"val.h\"",
+        "%:include \"val.h\"",
+        "#include \\\n\"val.h\"",
+        "#define MSG HDR\"(\"\n#include \"val.h\"",
+        "#define N \"../src/val.h\"\n#include N",
+    ] {
+        says(include, &[beside, inc], "-w -Iinc", "src\n");
+    }
+    // What a header includes is not looked for beside the source.
+    let nested = ("inc/more.h", "#include \"val.h\"\n");
+    let other = ("more/val.h", "#define VALUE \"more\"\n");
+    says(
+        "#define N \"own.h\"\n#include N\n#include <more.h>",
+        &[beside, nested, other, ("src/own.h", "")],
+        "-Iinc -Imore",
+        "more\n",
+    );
+    // Nor is there a header for a question that is not about the files beside.
+    let asks =
+        "#if __has_include(<val.h>)\n#include <val.h>\n#else\n#define VALUE \"none\"\n#endif";
+    says(asks, &[beside], "", "none\n");
+    // A header that is copied, too, looks beside itself.
+    let axis = ("axis/axis.h", "#include \"FtMscLib.h\"\n#define N \"val.h\"\n#include N\n");
+    says(
+        "#include \"../axis/axis.h\"",
+        &[axis, beside, ("axis/val.h", "#define VALUE \"axis\"\n")],
+        "",
+        "axis\n",
+    );
+    let with_old_copy =
+        ("axis/axis.h", "#include \"ROBO_TX_FW.h\"\n#define N \"val.h\"\n#include N\n");
+    let old = ("axis/ROBO_TX_FW.h", "typedef unsigned long UINT32;\n");
+    says(
+        "#include \"../axis/axis.h\"",
+        &[with_old_copy, old, beside, ("axis/val.h", "#define VALUE \"axis\"\n")],
+        "",
+        "axis\n",
+    );
+}
+
+#[test]
 fn a_source_that_is_copied_keeps_its_name() {
     if !has_compiler() {
         return;
