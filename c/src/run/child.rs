@@ -12,8 +12,8 @@ use std::time::Duration;
 
 use ft_transfer_area::Error;
 
-#[cfg(target_os = "linux")]
 use crate::dump::Dump;
+#[cfg(target_os = "linux")]
 use crate::forks::Forks;
 use crate::online::{self, Online, While};
 use crate::options::Options;

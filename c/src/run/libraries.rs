@@ -23,7 +23,7 @@ pub(crate) struct Library {
 
 impl Library {
     /// The one in this file; `None` if it is something else, such as an archive.
-    pub(crate) fn of(file: &Path) -> Option<Self> {
+    fn of(file: &Path) -> Option<Self> {
         let parts = ReadCache::new(File::open(file).ok()?);
         let name = match FileKind::parse(&parts).ok()? {
             FileKind::Elf32 => name_in::<FileHeader32<Endianness>>(&parts)?,
@@ -32,17 +32,6 @@ impl Library {
         };
         let name = name.or_else(|| file.file_name().map(Into::into))?;
         Some(Self { file: file.to_owned(), name })
-    }
-
-    /// The one that a linker takes for `-l`, if it is in one of these folders.
-    pub(crate) fn named(name: &str, folders: &[PathBuf]) -> Option<Self> {
-        let names = match name.strip_prefix(':') {
-            Some(file) => vec![file.to_owned()],
-            None => vec![format!("lib{name}.so"), format!("lib{name}.a")],
-        };
-        let mut files =
-            folders.iter().flat_map(|folder| names.iter().map(|name| folder.join(name)));
-        Self::of(&files.find(|file| file.is_file())?)
     }
 
     /// Whether the loader would take another file in this folder for it.
@@ -65,6 +54,28 @@ fn name_in<Elf: FileHeader<Endian = Endianness>>(
     let named = table.iter().find(|entry| entry.tag == DT_SONAME);
     let name = named.and_then(|entry| read::path(table.string(entry).ok()?));
     Some(name.map(PathBuf::into_os_string))
+}
+
+/// The dynamic libraries in what a linker says of the files that it takes (`--trace`), without those of the system and our
+/// own.
+pub(crate) fn taken(said: &[u8], own: &Path) -> Vec<Library> {
+    let lines = said.split(|byte| *byte == b'\n').filter_map(|line| {
+        let line = line.trim_ascii();
+        // Older ones write `-lname (file)`.
+        let inner = line.strip_prefix(b"-l").and_then(|line| line.strip_suffix(b")"));
+        let file = inner.and_then(|line| line.splitn(2, |byte| *byte == b'(').nth(1));
+        read::path(file.unwrap_or(line))
+    });
+    let others = lines.filter(|file| file != own && !is_of_system(file));
+    others.filter_map(|file| Library::of(&file)).collect()
+}
+
+/// Whether the loader looks there without being told.
+fn is_of_system(file: &Path) -> bool {
+    let file = fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
+    ["/lib", "/lib32", "/lib64", "/usr/lib", "/usr/lib32", "/usr/lib64"]
+        .iter()
+        .any(|folder| file.starts_with(folder))
 }
 
 /// These folders, and those of the libraries, in an order in which none hides a library in another one. The error is a

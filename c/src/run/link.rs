@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::compiler::{words_of, Compiler, NO_CHECKS};
 use crate::inputs::Inputs;
-use crate::libraries::{self, Library};
+use crate::libraries;
 use crate::options::Options;
 use crate::packages;
 use crate::signals;
@@ -32,35 +32,37 @@ pub(crate) fn link(
     library: &Path,
     path: &Path,
 ) -> Result<(), Sentence> {
-    let mut command = compiler.command();
-    let own = folder_of(library);
-    command
-        .arg(NO_CHECKS)
-        .args(words_of("LDFLAGS"))
-        .args(more)
-        .args(objects)
-        .args(&inputs.objects)
-        .args(&inputs.archives);
-    for folder in &options.library_folders {
-        command.arg("-L").arg(folder);
-    }
     let named = options.libraries.iter().map(|name| joined("-l", name)).chain(words_of("LDLIBS"));
     let libraries: Vec<OsString> = named
         .filter(|word| !library_name(word).is_some_and(|name| packages::is_replaced(&name)))
         .collect();
-    command.args(&libraries).arg(library);
+    let flags = words_of("LDFLAGS");
+    let to_link = || {
+        let mut command = compiler.command();
+        command.arg(NO_CHECKS).args(&flags).args(more).args(objects);
+        command.args(&inputs.objects).args(&inputs.archives);
+        for folder in &options.library_folders {
+            command.arg("-L").arg(folder);
+        }
+        command.args(&libraries).arg(library).args(["-lm", "-lpthread", "-o"]).arg(path);
+        command
+    };
+    let mut command = to_link();
     if !cfg!(windows) {
-        let linked = linked(inputs, options, &libraries);
         let beside = inputs.archives.iter().map(|archive| folder_of(archive).to_owned());
-        let folders = options.library_folders.iter().cloned().chain(beside).collect();
+        let mut folders: Vec<_> = options.library_folders.iter().cloned().chain(beside).collect();
+        let may_have_more = !(flags.is_empty() && libraries.is_empty() && folders.is_empty());
+        if cfg!(target_os = "linux") && may_have_more {
+            let said = signals::output_of(to_link().arg("-Wl,--trace"))?.stdout;
+            folders = libraries::folders(folders, &libraries::taken(&said, library))?;
+        }
         // The own one has what the system puts there, too, when this program is installed. So those that were named come
         // first; the library itself is named by its path where the system keeps that.
-        for folder in libraries::folders(folders, &linked)?.iter().chain([&own.to_owned()]) {
+        for folder in folders.iter().map(PathBuf::as_path).chain([folder_of(library)]) {
             // Behind `-Wl` a comma would be the end of the path.
             command.args(["-Xlinker", "-rpath", "-Xlinker"]).arg(std::path::absolute(folder)?);
         }
     }
-    command.args(["-lm", "-lpthread", "-o"]).arg(path);
     let output = signals::output_of(&mut command)?;
     signals::check("the program was compiled")?;
     pass_on(&output.stderr);
@@ -73,30 +75,6 @@ pub(crate) fn link(
     let sources: Vec<&Path> = inputs.sources.iter().map(|source| &*source.path).collect();
     let advice = packages::advice_for_names(&said, &names, &sources);
     Err(format!("the program can't be linked{libraries}{advice}").into())
-}
-
-/// The dynamic libraries that the linker takes.
-fn linked(inputs: &Inputs, options: &Options, words: &[OsString]) -> Vec<Library> {
-    let mut folders = folders_in(&words_of("LDFLAGS"));
-    folders.extend(options.library_folders.iter().cloned());
-    folders.extend(folders_in(words));
-    let names = words.iter().filter_map(|word| library_name(word));
-    let named = names.filter_map(|name| Library::named(&name, &folders));
-    inputs.archives.iter().filter_map(|file| Library::of(file)).chain(named).collect()
-}
-
-/// The folders that such words name for libraries.
-fn folders_in(words: &[OsString]) -> Vec<PathBuf> {
-    let mut words = words.iter();
-    let mut folders = Vec::new();
-    while let Some(word) = words.next() {
-        match word.to_str().and_then(|word| word.strip_prefix("-L")) {
-            Some("") => folders.extend(words.next().map(PathBuf::from)),
-            Some(folder) => folders.push(folder.into()),
-            None => {}
-        }
-    }
-    folders
 }
 
 fn joined(option: &str, value: &OsStr) -> OsString {

@@ -665,23 +665,33 @@ fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_wit
     library("b", "speed", 2);
     let main = "int speed(void);\nint other(void);\nint main(void) { return other() + speed(); }\n";
     write(folder.path(), "m.c", main);
-    let status = |arguments: &[&str], flags: &str| {
+    let status = |arguments: &[&str], variables: &[(&str, &str)]| {
         let mut command = tx_run(&["--world", "none", "m.c"]);
-        command.args(arguments).env("LDFLAGS", flags).current_dir(folder.path());
+        command.args(arguments).envs(variables.iter().copied()).current_dir(folder.path());
         Run::start(&mut command).end()
     };
-    for (arguments, flags) in [
-        (&["a/libother.so.1", "b/libspeed.so.1"][..], ""),
-        (&["b/libspeed.so.1", "a/libother.so.1", "-L", "a"], ""),
-        (&["-L", "a", "-l", "other", "-l", "speed"], "-Lb"),
+    // A name as of a script of the linker, with which ncurses comes.
+    let script = format!("INPUT({})", at("b/libspeed.so.1").display());
+    write(folder.path(), "script/libspeed.so", &script);
+    let [other, speed] = ["a/libother.so.1", "b/libspeed.so.1"];
+    let beside = at("b").display().to_string();
+    for (arguments, variables) in [
+        (&[other, speed][..], &[][..]),
+        (&[speed, other, "-L", "a"], &[]),
+        (&["-L", "a", "-l", "other", "-l", "speed"], &[("LDFLAGS", "-Lb")]),
+        (&[other, "-L", "script", "-l", "speed"], &[]),
+        (&[other], &[("LDLIBS", "-L b -l speed")]),
+        (&[other], &[("LDLIBS", speed)]),
+        (&[other, "-l", "speed"], &[("LIBRARY_PATH", &beside)]),
     ] {
-        let ended = status(arguments, flags);
-        assert_eq!(ended.status, Some(42), "{arguments:?} {ended:?}");
+        let ended = status(arguments, variables);
+        assert_eq!(ended.status, Some(42), "{arguments:?} {variables:?} {ended:?}");
     }
-    assert_eq!(status(&["-L", "a", "-L", "b", "-l", "other", "-l", "speed"], "").status, Some(41));
+    let ended = status(&["-L", "a", "-L", "b", "-l", "other", "-l", "speed"], &[]);
+    assert_eq!(ended.status, Some(41));
     // Whatever the order is, one of them is another one.
     library("b", "other", 80);
-    let ended = status(&["a/libother.so.1", "b/libspeed.so.1"], "");
+    let ended = status(&[other, speed], &[]);
     assert_eq!(ended.status, Some(1));
     assert!(ended.err.contains("has another library with the same name"), "{}", ended.err);
 }
