@@ -244,9 +244,11 @@ pub(crate) fn without_comments(text: &[u8]) -> Vec<u8> {
                 blank(&mut code[at + first..at + length]);
                 length
             }
-            [b'R', b'"', ..] => blank_raw(&mut code[at..]),
+            [b'R', b'"', ..] if is_prefix(word_before(&text[..at])) => blank_raw(&mut code[at..]),
             // In a number a quote separates digits.
-            [b'0'..=b'9', ..] => length_of_word(&text[at..]),
+            [b'0'..=b'9', ..] if word_before(&text[..at]).is_empty() => {
+                length_of_number(&text[at..])
+            }
             [quote @ (b'"' | b'\''), rest @ ..] => 1 + length_to(rest, *quote),
             _ => 1,
         };
@@ -254,15 +256,30 @@ pub(crate) fn without_comments(text: &[u8]) -> Vec<u8> {
     code
 }
 
-/// Puts spaces in place of a raw text `R"x(…)x"` that begins here. Returns how long it is.
+/// What stands before the `R` of a raw text. Any other word with it is a name, such as a macro.
+fn is_prefix(word: &[u8]) -> bool {
+    matches!(word, b"" | b"u8" | b"u" | b"U" | b"L")
+}
+
+/// The letters and digits at the end.
+fn word_before(text: &[u8]) -> &[u8] {
+    let is_of_word = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
+    // A prefix is not longer.
+    let length = text.iter().rev().take(3).take_while(|byte| is_of_word(byte)).count();
+    &text[text.len() - length..]
+}
+
+/// Puts spaces in place of a raw text `R"x(…)x"` that begins here. Returns how long it is: one without an end is the rest.
 fn blank_raw(code: &mut [u8]) -> usize {
-    let begin = code.iter().take(20).position(|byte| *byte == b'(');
+    // Its mark has at most 16 characters.
+    let begin = code.iter().take(2 + 17).position(|byte| *byte == b'(');
     let end_of = |begin: usize| {
         let end = [b")", &code[2..begin], b"\""].concat();
         let length = code[begin..].windows(end.len()).position(|it| it == end)?;
         Some(begin + length + end.len())
     };
-    let Some(end) = begin.and_then(end_of) else { return 1 };
+    let Some(begin) = begin else { return 1 };
+    let Some(end) = end_of(begin) else { return code.len() };
     blank(&mut code[2..end]);
     end
 }
@@ -277,8 +294,8 @@ fn length_to_line(text: &[u8]) -> usize {
     text.iter().position(|byte| *byte == b'\n').map_or(text.len(), |end| end + 1)
 }
 
-/// How long a number is, or what follows a digit in a name.
-fn length_of_word(text: &[u8]) -> usize {
+/// How long a number is.
+fn length_of_number(text: &[u8]) -> usize {
     let is_of_word = |byte: &u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'.');
     let mut at = 1;
     while text.get(at).is_some_and(is_of_word)
@@ -350,7 +367,8 @@ pub(crate) mod tests {
 
     #[test]
     fn a_raw_text_includes_nothing() {
-        let text = b"auto a = R\"x(\n#include \"a.h\" // )\"\n)x\";\n#include \"b.h\"\nR\"(open\n#include \"c.h\"\n";
+        let text = b"auto a = R\"x(\n#include \"a.h\" // )\"\n)x\", b = u8R\"(\n#include \"a.h\"\n)\";\n#include \"b.h\"\n\
+                     ERR\"(a\", /*\n#include \"a.h\"\n*/ \")\"\nR\"(open\n#include \"c.h\"\n";
         let names: Vec<_> =
             includes_of(&without_comments(text)).into_iter().map(|(name, ..)| name).collect();
         assert_eq!(names, ["b.h", "c.h"]);
