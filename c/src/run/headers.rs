@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use include_dir::{include_dir, Dir};
 
+use crate::copies::quoted;
 use crate::kind::Kind;
 
 static HEADERS: Dir = include_dir!("$CARGO_MANIFEST_DIR/include");
@@ -15,6 +16,8 @@ static HEADERS: Dir = include_dir!("$CARGO_MANIFEST_DIR/include");
 const KITS: [&str; 5] = ["", "txt", "kit", "kit466", "fttxtlib"];
 /// The folder with what programs use of Windows.
 const WINDOWS: &str = "posix";
+/// The folder in those of the kits that programs name.
+const OF_PROGRAMS: &str = "Common";
 /// A header with this name may also be something of the program's own.
 pub(crate) const COMMON: &str = "common.h";
 
@@ -30,6 +33,20 @@ fn names_in(folder: &str) -> impl Iterator<Item = (String, &'static Path)> {
         let name = file.path().file_name().unwrap_or_default();
         (name.to_string_lossy().to_lowercase(), file.path())
     })
+}
+
+/// Makes a folder for the compiler with the headers of this one and of those in it for programs. The others that lie around
+/// it, such as `posix`, may be names of the program's own.
+fn search(folder: &str, include: &Path, to: PathBuf) -> io::Result<PathBuf> {
+    for name in [folder, &format!("{folder}/{OF_PROGRAMS}")] {
+        let place = if name == folder { to.clone() } else { to.join(OF_PROGRAMS) };
+        for (_, at) in names_in(name) {
+            fs::create_dir_all(&place)?;
+            let file = at.file_name().unwrap_or_default();
+            fs::write(place.join(file), format!("#include {}\n", quoted(&include.join(at))))?;
+        }
+    }
+    Ok(to)
 }
 
 /// The headers as files, for one program.
@@ -54,9 +71,15 @@ impl Headers {
         for (name, place) in kind.folders().iter().flat_map(|folder| placed(folder)) {
             of_kit.entry(name).or_insert(place);
         }
-        let windows = (!cfg!(windows)).then(|| include.join(WINDOWS));
         let of_windows = if cfg!(windows) { BTreeMap::new() } else { placed(WINDOWS).collect() };
-        let folders = kind.folders().iter().map(|folder| include.join(folder)).collect();
+        let searched = build.join("searched");
+        let in_order = kind.folders().iter().enumerate();
+        let folders = in_order
+            .map(|(number, folder)| search(folder, &include, searched.join(number.to_string())))
+            .collect::<io::Result<_>>()?;
+        let windows = (!cfg!(windows))
+            .then(|| search(WINDOWS, &include, searched.join(WINDOWS)))
+            .transpose()?;
         Ok(Self { folders, windows, of_kit, of_windows })
     }
 

@@ -455,6 +455,20 @@ fn what_the_text_of_a_copy_does_not_show_is_what_the_compiler_finds() {
     );
 }
 
+/// They have names of folders in which ours are.
+#[test]
+fn headers_of_the_program_in_folders_are_its_own() {
+    if !has_compiler() {
+        return;
+    }
+    for name in ["posix/io.h", "posix/windows.h", "detail/callback_data.h", "txt/common.h"] {
+        let main = format!("#include \"{name}\"\nint main(void) {{ puts(VALUE); return 0; }}\n");
+        let header = format!("inc/{name}");
+        let files = [("m.c", &*main), (&*header, "#define VALUE \"own\"\n")];
+        says_in_both_spellings(&files, &[("CFLAGS", "-Iinc")], "own\n");
+    }
+}
+
 #[test]
 fn a_source_that_is_copied_keeps_its_name() {
     if !has_compiler() {
