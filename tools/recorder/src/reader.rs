@@ -341,10 +341,10 @@ impl Recording {
                 part.write(&numbers, &mut self.areas[area]);
                 None
             }
-            Channel::Cycle => Some(Recorded::Cycle(self.as_cycle(&parse(data)?))),
-            Channel::Transfer => Some(Recorded::Transfer(parse(data)?)),
-            Channel::Events => Some(Recorded::Event(parse(data)?)),
-            Channel::Statistics => Some(Recorded::Statistics(parse(data)?)),
+            Channel::Cycle => Some(Recorded::Cycle(self.as_cycle(&parse_short(data)?))),
+            Channel::Transfer => Some(Recorded::Transfer(parse_short(data)?)),
+            Channel::Events => Some(Recorded::Event(parse_short(data)?)),
+            Channel::Statistics => Some(Recorded::Statistics(parse_short(data)?)),
             Channel::Camera => {
                 let image: ImageMessage = parse(data)?;
                 let jpeg = BASE64_STANDARD.decode(image.data).map_err(|error| error.to_string())?;
@@ -369,6 +369,15 @@ impl Recording {
     }
 }
 
+/// A message that no recorder makes longer: who reads a file keeps some of them.
+fn parse_short<T: DeserializeOwned>(data: &[u8]) -> Result<T, String> {
+    const MOST: usize = 64 << 10;
+    match data.len() {
+        ..=MOST => parse(data),
+        length => Err(format!("a message has {length} bytes")),
+    }
+}
+
 fn parse<T: DeserializeOwned>(data: &[u8]) -> Result<T, String> {
     serde_json::from_slice(data).map_err(|error| error.to_string())
 }
@@ -384,5 +393,21 @@ impl Iterator for Recording {
         // After an error nothing can be read.
         self.at_end = !matches!(entry, Some(Ok(_)));
         entry
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_that_no_recorder_writes_is_not_kept() {
+        let message = |length| {
+            let error = "x".repeat(length);
+            format!(r#"{{"what":"ended_by","kind":"other","error":"{error}"}}"#)
+        };
+        assert!(parse_short::<Transfer>(message(60_000).as_bytes()).is_ok());
+        let long = parse_short::<Transfer>(message(1 << 20).as_bytes()).unwrap_err();
+        assert!(long.contains("bytes"), "{long}");
     }
 }

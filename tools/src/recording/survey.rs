@@ -16,6 +16,9 @@ use super::unusual::{Kind, Moment, Unusual, LISTED};
 use super::whole::Transfers;
 use crate::print;
 
+/// How many kinds of events are listed: more than there are.
+const EVENT_KINDS: usize = 100;
+const OTHER_EVENTS: &str = "others";
 /// How many later controllers are listed.
 pub(super) const LISTED_CONTROLLERS: usize = 10;
 
@@ -158,7 +161,7 @@ impl Survey {
                     transfers.miss();
                     survey.in_gap = false;
                 }
-                Recorded::Event(event) => *survey.events.entry(event.event).or_default() += 1,
+                Recorded::Event(event) => survey.count_event(event.event),
                 Recorded::Picture(jpeg) => {
                     survey.pictures += 1;
                     survey.first_picture.get_or_insert(jpeg);
@@ -267,6 +270,12 @@ impl Survey {
         }
     }
 
+    fn count_event(&mut self, kind: String) {
+        let is_listed = self.events.len() < EVENT_KINDS || self.events.contains_key(&kind);
+        let kind = if is_listed { kind } else { OTHER_EVENTS.to_owned() };
+        *self.events.entry(kind).or_default() += 1;
+    }
+
     fn list(&mut self, moment: Moment) {
         let Moment { number: Some(number), kind, at, what } = moment else { return };
         let (seconds, local_time) = (at.as_secs_f64(), self.clock.date(at));
@@ -328,6 +337,14 @@ mod tests {
         }
         assert_eq!((&*survey.device_name, survey.controller_changes), ("FIRST", 999));
         assert_eq!(survey.later_controllers.len(), LISTED_CONTROLLERS);
+    }
+
+    #[test]
+    fn of_many_kinds_of_events_the_first_are_listed_and_all_are_counted() {
+        let mut survey = Survey::default();
+        (0..1000).for_each(|number| survey.count_event(format!("kind {}", number % 500)));
+        assert_eq!(survey.events.len(), EVENT_KINDS + 1);
+        assert_eq!((survey.events["kind 7"], survey.events[OTHER_EVENTS]), (2, 800));
     }
 
     #[test]
