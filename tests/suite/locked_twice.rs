@@ -6,6 +6,7 @@ use std::env;
 use std::ops::ControlFlow;
 use std::panic::{self, catch_unwind, AssertUnwindSafe};
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -147,13 +148,17 @@ fn in_a_panic_the_motors_stop_before_the_program_is_aborted() {
         return panic_and_lock(how, address);
     }
     for how in ["drop", "hook"] {
-        let txt = unpaced().start().unwrap();
+        // It is on for a moment, which a busy computer may miss.
+        let was_on = Arc::new(AtomicBool::new(false));
+        let seen = Arc::clone(&was_on);
+        let look = move |machine: &mut Machine| _ = seen.fetch_or(is_on(machine), Ordering::SeqCst);
+        let txt = unpaced().on_exchange(look).start().unwrap();
         let name = "locked_twice::in_a_panic_the_motors_stop_before_the_program_is_aborted";
         let mut program = Command::new(env::current_exe().unwrap());
         program.args(["--exact", name, "--nocapture"]);
         program.env(PANICS, format!("{how} {}", txt.address()));
         let mut program = program.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        wait_until(&txt, "a running motor", is_on);
+        wait_until(&txt, "a running motor", |_| was_on.load(Ordering::SeqCst));
         assert!(!program.wait().unwrap().success());
         wait_until(&txt, "the end", |machine| !machine.connected());
         assert!(!txt.with_machine(|machine| is_on(machine)), "in the {how}");
