@@ -132,7 +132,8 @@ fn in_a_hook() {
         })
         .unwrap();
     handler.begin_transfer().unwrap();
-    while handler.areas().wait_cycle().is_ok() {}
+    // On a busy computer the panic's message may take longer than a hook may.
+    while matches!(handler.areas().wait_cycle(), Ok(_) | Err(Error::WatchdogExpired { .. })) {}
     assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
     wait_until(&txt, "the end", |machine| !machine.connected());
 }

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use ft_transfer_area::Error;
 
-use crate::dump::Dump;
+use crate::dump::{self, Dumps};
 #[cfg(target_os = "linux")]
 use crate::forks::Forks;
 use crate::online::{self, Online, While};
@@ -60,7 +60,7 @@ fn hosts_in(ports: &str) -> impl Iterator<Item = String> + '_ {
 }
 
 /// What is said of the memory image of a crash.
-const CUT_OFF: &str = "its memory image (core) was cut off, because its motors were on meanwhile";
+const CUT_OFF: &str = "a memory image (core) was cut off, because motors were on meanwhile";
 
 /// Runs the program. Its motors are off afterwards, as far as that is possible.
 pub(crate) fn run(
@@ -91,7 +91,7 @@ pub(crate) fn run(
     let mut child = command.spawn()?;
     let id = signals::pass_on_to(&child);
     let mut was_left = false;
-    let (mut dump, mut cut_off) = (Dump::default(), None);
+    let (mut dumps, mut cut_off) = (Dumps::default(), None);
     let (to_say, saying) = say_meanwhile();
     let status = loop {
         match child.try_wait() {
@@ -104,10 +104,9 @@ pub(crate) fn run(
             was_left = true;
             online.begin_to_stop(if is_suspended { While::IsSuspended } else { While::Runs });
         }
-        if dump.takes_long(child.id()) && cut_off.is_none() && online.has_any() {
+        for process in dumps.take_long(|| online.drivers()) {
             cut_off = Some(String::from(CUT_OFF));
-            // It may have ended meanwhile.
-            let _ = child.kill();
+            dump::cut_off(process);
         }
         // Sentences without room are not said.
         for stopped in online.take_stopped() {

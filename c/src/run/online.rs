@@ -250,9 +250,23 @@ impl Online {
         !gone.is_empty() || is_over || are_lost || is_time
     }
 
+    /// The processes that drive, as far as that is known.
+    pub(crate) fn drivers(&mut self) -> BTreeSet<u32> {
+        #[cfg(unix)]
+        return self.notes().iter().filter_map(|note| self.mark_on(note.byte)?.1).collect();
+        #[cfg(not(unix))]
+        BTreeSet::new()
+    }
+
     /// Whether a process holds the mark on this byte, or can't hold one.
     #[cfg(unix)]
     fn is_marked(&self, byte: u32) -> bool {
+        byte != LOST && (byte == 0 || self.mark_on(byte).is_none_or(|(is_held, _)| is_held))
+    }
+
+    /// Whether a process holds the mark on this byte, and which; `None` when that can't be asked.
+    #[cfg(unix)]
+    fn mark_on(&self, byte: u32) -> Option<(bool, Option<u32>)> {
         use std::os::fd::AsRawFd;
         // SAFETY: integers, for which all bits 0 are valid.
         let mut mark: libc::flock = unsafe { mem::zeroed() };
@@ -261,7 +275,10 @@ impl Online {
         mark.l_len = 1;
         // SAFETY: the file is open, and the mark is this function's. It only asks.
         let asked = unsafe { libc::fcntl(self.mark.as_raw_fd(), libc::F_GETLK, &raw mut mark) };
-        byte != LOST && (byte == 0 || asked == -1 || mark.l_type != libc::F_UNLCK as _)
+        let is_held = mark.l_type != libc::F_UNLCK as _;
+        // In another namespace of processes it is 0.
+        let holder = u32::try_from(mark.l_pid).ok().filter(|holder| is_held && *holder > 0);
+        (asked != -1).then_some((is_held, holder))
     }
 
     /// Programs do not become others, and this process sees each end.
