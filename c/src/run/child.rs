@@ -1,5 +1,7 @@
 //! The program as a child of this process: a crash of it does not take the simulated TXT with it.
 
+#[cfg(not(target_os = "linux"))]
+use std::collections::BTreeSet;
 use std::env;
 use std::ffi::OsString;
 #[cfg(not(target_os = "linux"))]
@@ -124,11 +126,12 @@ pub(crate) fn run(
     let is_crash = status.code().is_none_or(signals::is_crash);
     let (status, word) = end_of(&name, program.entry, status);
     // What no process drives any more does not wait for what takes its time to end, which may have the connection.
+    let drivers = online.drivers();
     let (left, mut stopped) = thread::scope(|scope| {
-        let ending = thread::Builder::new().spawn_scoped(scope, || forks.end());
+        let ending = thread::Builder::new().spawn_scoped(scope, || forks.end(&drivers));
         let stopped = stop_left(&mut online, target, While::Ends);
         let left = ending.ok().and_then(|ending| ending.join().ok());
-        (left.unwrap_or_else(|| forks.end()), stopped)
+        (left.unwrap_or_else(|| forks.end(&drivers)), stopped)
     });
     stopped.retain(|(is_over, _)| *is_over);
     for host in online.not_stopped() {
@@ -186,7 +189,7 @@ impl Forks {
         Ok(Self)
     }
 
-    fn end(&self) -> Left {
+    fn end(&self, _: &BTreeSet<u32>) -> Left {
         Left::Nothing
     }
 }

@@ -1,7 +1,7 @@
 //! The processes that a program has made by `fork` end with it. Such a process has a copy of the program's connection,
 //! so the controller does not notice the program's end, and the process may go on to drive with nobody who stops it.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::fs::{self, File};
 use std::io;
 use std::os::fd::AsRawFd;
@@ -30,8 +30,8 @@ impl Forks {
         File::open(program).map(Self)
     }
 
-    /// Ends all processes that are this program, which itself has ended. Returns whether there were any.
-    pub(crate) fn end(&self) -> Left {
+    /// Ends all processes that are this program, which itself has ended. Returns whether there were any. These drive.
+    pub(crate) fn end(&self, drivers: &BTreeSet<u32>) -> Left {
         let mut had_any = false;
         for (signal, limit) in [(libc::SIGTERM, FAREWELL), (libc::SIGKILL, KILLING)] {
             let (begun, mut has_it, mut empty_looks) = (Instant::now(), HashSet::new(), 0);
@@ -44,7 +44,7 @@ impl Forks {
                     }
                 };
                 // Each gets it as soon as it is found: it may soon be another one.
-                let found = self.processes().map(&mut send).count() > 0;
+                let found = self.processes().chain(hidden(drivers)).map(&mut send).count() > 0;
                 had_any |= found;
                 empty_looks = if found { 0 } else { empty_looks + 1 };
                 if empty_looks == EMPTY_LOOKS {
@@ -80,6 +80,15 @@ impl Forks {
         let processes = names.filter_map(|process| process.file_name().to_str()?.parse().ok());
         processes.filter(move |process| program.is_some() && program == file_of(*process))
     }
+}
+
+/// Those of these processes that hide what they are, as `PR_SET_DUMPABLE` does. Others that drive are other programs.
+fn hidden(drivers: &BTreeSet<u32>) -> impl Iterator<Item = libc::pid_t> + '_ {
+    let is_hidden = |process: &libc::pid_t| {
+        fs::read_link(format!("/proc/{process}/exe"))
+            .is_err_and(|error| error.kind() == io::ErrorKind::PermissionDenied)
+    };
+    drivers.iter().filter_map(|process| (*process).try_into().ok()).filter(is_hidden)
 }
 
 /// The name of the file that a process runs.

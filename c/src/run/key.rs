@@ -239,7 +239,10 @@ pub(crate) fn files_of(text: &[u8]) -> Result<Files, &'static str> {
     for file in names.iter().filter(|file| file.is_file()) {
         let _ = write!(files.states, "{:?} ", fs::metadata(file).ok().and_then(|it| changed(&it)));
         // One that can't be read has no lines to show. A source may name any file by `#line`.
-        let read = File::open(file).and_then(|it| read::more(it, &mut files.written));
+        // Those in which the kernel says something have no length, and reading may wait.
+        let length = |it: &File| it.metadata().map(|data| data.len());
+        let open = File::open(file).and_then(|it| Ok((length(&it)?, it)));
+        let read = open.and_then(|(length, it)| read::more(it.take(length), &mut files.written));
         if read.is_err_and(|error| error.kind() == ErrorKind::FileTooLarge) {
             return Err("the files that it is from have more than 100 MB");
         }

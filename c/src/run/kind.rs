@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::sources::without_texts;
+
 /// What a program was written for. Its sources include the header that says so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -90,11 +92,11 @@ impl Kind {
 
 /// Whether its class is used.
 fn is_for_ft_txt_lib(text: &[u8]) -> bool {
-    String::from_utf8_lossy(text).contains("AreaComHandlerEx2")
+    String::from_utf8_lossy(&without_texts(text)).contains("AreaComHandlerEx2")
 }
 
 fn is_of_kit_4_6_6(text: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(text).replace(' ', "");
+    let text = String::from_utf8_lossy(&without_texts(text)).replace(' ', "");
     OF_KIT_4_6_6.iter().any(|name| text.contains(name))
 }
 
@@ -143,6 +145,7 @@ mod tests {
             Kind::of(names.into_iter(), std::iter::once(text.as_bytes()))
         };
         assert_eq!(of("com.DoTransferCompressed(); com.DoTransferSimple();"), Some(Kind::Kit));
+        assert_eq!(of("// com.DoTransfer();\nputs(\"DoTransfer() failed\");"), Some(Kind::Kit));
         for text in ["new X[IF_TXT_MAX]", "ShmIfId_TXT::LOCAL_IO", "com -> DoTransfer ()"] {
             assert_eq!(of(text), Some(Kind::Kit466), "{text}");
         }

@@ -228,6 +228,15 @@ fn without_detours(file: PathBuf) -> PathBuf {
 
 /// The text with spaces in place of all comments of several lines and of raw texts, so that all else stays where it is.
 pub(crate) fn without_comments(text: &[u8]) -> Vec<u8> {
+    blanked(text, false)
+}
+
+/// The same with spaces also in place of all other comments and of all texts.
+pub(crate) fn without_texts(text: &[u8]) -> Vec<u8> {
+    blanked(text, true)
+}
+
+fn blanked(text: &[u8], is_all: bool) -> Vec<u8> {
     let mut code = text.to_owned();
     let mut at = 0;
     while at < text.len() {
@@ -240,7 +249,7 @@ pub(crate) fn without_comments(text: &[u8]) -> Vec<u8> {
             [b'/', b'/', ..] => {
                 let length = length_to(&text[at..], b'\n');
                 // In its first line it may also be a part of a path, and does no harm.
-                let first = length_to_line(&text[at..]).min(length);
+                let first = if is_all { 0 } else { length_to_line(&text[at..]).min(length) };
                 blank(&mut code[at + first..at + length]);
                 length
             }
@@ -249,7 +258,13 @@ pub(crate) fn without_comments(text: &[u8]) -> Vec<u8> {
             [b'0'..=b'9', ..] if word_before(&text[..at]).is_empty() => {
                 length_of_number(&text[at..])
             }
-            [quote @ (b'"' | b'\''), rest @ ..] => 1 + length_to(rest, *quote),
+            [quote @ (b'"' | b'\''), rest @ ..] => {
+                let length = 1 + length_to(rest, *quote);
+                if is_all {
+                    blank(&mut code[at..at + length]);
+                }
+                length
+            }
             _ => 1,
         };
     }

@@ -23,6 +23,8 @@ use crate::seen::{
     FAREWELL_UNANSWERED,
 };
 
+/// How long a page tells of a connection that has ended, unless it was that of the program.
+const TOLD: Duration = Duration::from_secs(3);
 /// Of how many answers the median is shown.
 const ANSWERS: usize = 256;
 /// From when on an answer is late: a controller sends its next response 10 ms after the last one.
@@ -48,8 +50,10 @@ pub(crate) struct Watched {
     /// Name and firmware of the controller that is shown.
     controller: Option<(String, String)>,
     error: Option<Problem>,
-    /// The connection to the camera or I2C on which it was not understood.
-    unclear_beside: Option<(Line, u64)>,
+    /// The connection that it is about.
+    error_of: Option<(Line, u64)>,
+    /// When it is no longer shown.
+    error_until: Option<Instant>,
     /// None before the program's first exchange.
     areas: Vec<FishX1Transfer>,
     cycle_ms: f64,
@@ -87,7 +91,8 @@ impl Watched {
             said: Controllers::default(),
             controller: None,
             error: None,
-            unclear_beside: None,
+            error_of: None,
+            error_until: None,
             areas: Vec::new(),
             cycle_ms: 0.0,
             cycles: 0,
@@ -120,15 +125,15 @@ impl Watched {
         let warns = self.error.as_ref().is_some_and(|error| MOTORS_MAY_GO_ON.contains(&error.code));
         let is_hidden = is_other || (warns && !matches!(seen.what, Happened::Halted { .. }));
         let connection = (seen.line, seen.connection);
-        // It need not be the program's, so what it said ends with it.
-        let is_over = matches!(seen.what, Happened::Closed);
-        if is_over && self.unclear_beside.take_if(|unclear| *unclear == connection).is_some() {
-            self.error = None;
+        if matches!(seen.what, Happened::Closed) && self.error_of == Some(connection) {
+            let code = self.error.as_ref().map(|error| error.code);
+            // It need not be the program's, so what is told of it ends with it. One that is refused ends at once.
+            if seen.line != Line::Main || code == Some(UNKNOWN) {
+                self.error_until = Some(seen.at + TOLD);
+            }
         }
         if let Some(error) = problem(seen).filter(|_| !is_hidden) {
-            let is_unclear = matches!(seen.what, Happened::NotUnderstood { .. });
-            self.unclear_beside = (is_unclear && seen.line != Line::Main).then_some(connection);
-            self.error = Some(error);
+            (self.error, self.error_of, self.error_until) = (Some(error), Some(connection), None);
         }
     }
 
@@ -146,7 +151,7 @@ impl Watched {
                 self.gaps += u64::from(self.followed.drives() && !is_shown);
                 self.followed.online(seen.connection);
                 self.controller = self.said.of(seen.connection);
-                (self.error, self.unclear, self.unclear_beside) = (None, None, None);
+                (self.error, self.unclear, self.error_until) = (None, None, None);
                 self.forget();
                 // StartOnline.
                 self.commands = 1;
@@ -226,6 +231,9 @@ impl Watched {
     /// Tells the pages, if it is time to do so.
     pub(crate) fn publish_when_due(&mut self) {
         let now = Instant::now();
+        if self.error_until.take_if(|until| *until <= now).is_some() {
+            self.error = None;
+        }
         if now >= self.next_state {
             self.next_state = now + STATE_PERIOD;
             self.publish();
@@ -287,6 +295,7 @@ impl Watched {
 const MOTORS_MAY_GO_ON: [&str; 2] = ["halt_failed", "stop_online_unanswered"];
 /// The code of a missing response.
 const NO_ANSWER: &str = "no_answer";
+const UNKNOWN: &str = "unknown";
 /// The code of exchanges without an answer.
 const UNANSWERED: &str = "unanswered";
 
@@ -318,7 +327,7 @@ fn problem(seen: &Seen) -> Option<Problem> {
             ("stop_online_unanswered", FAREWELL_UNANSWERED.to_owned())
         }
         Happened::Ignored { controller } => ("ignored", ignored(controller)),
-        Happened::Unknown(unknown) => ("unknown", format!("{unknown}; it is passed on")),
+        Happened::Unknown(unknown) => (UNKNOWN, format!("{unknown}; it is passed on")),
         Happened::NoAnswer { command, since } => {
             (NO_ANSWER, no_answer(*command, seen.at.saturating_duration_since(*since)))
         }

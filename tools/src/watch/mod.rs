@@ -41,8 +41,8 @@ use crate::program::{Program, Reads, MARK};
 use crate::recording::in_parts::InParts;
 use crate::recording::output::{incomplete, Output};
 use crate::seen::{
-    forgotten, halted, ignored, missed, no_answer, not_understood, refused, Farewell, Happened,
-    Seen, FAREWELL_UNANSWERED,
+    forgotten, halted, ignored, missed, no_answer, not_understood, refused, Farewell, Followed,
+    Happened, Line, Seen, FAREWELL_UNANSWERED,
 };
 use crate::web::browser::Opening;
 use crate::{lines, names, print};
@@ -356,10 +356,23 @@ struct Notes {
     unknown: u64,
     ignored: u64,
     forgotten: u64,
+    followed: Followed,
 }
 
 impl Notes {
     fn take(&mut self, seen: &Seen) {
+        match seen.what {
+            Happened::Online => self.followed.online(seen.connection),
+            Happened::Offline(_) if !self.followed.is_other(seen) => self.followed.offline(),
+            _ => {}
+        }
+        let is_other = seen.line == Line::Main && self.followed.is_other(seen);
+        // The page shows nothing of it.
+        let whose = if is_other {
+            format!("another connection ({}): ", seen.connection)
+        } else {
+            String::new()
+        };
         let was_refused = &mut self.refused[seen.line.index()];
         match &seen.what {
             Happened::Refused(error) if !*was_refused => {
@@ -367,18 +380,27 @@ impl Notes {
                 log::warn!("{}", refused(seen.line, error));
             }
             Happened::NotUnderstood { side, why } => {
-                log::warn!("{}", not_understood(seen.line, *side, why));
+                let all = not_understood(seen.line, *side, why);
+                let text = if is_other {
+                    format!("{} is not understood: {why}", side.name())
+                } else {
+                    all
+                };
+                log::warn!("{whose}{text}");
             }
             Happened::Unknown(unknown) if self.unknown < seen.connection => {
                 self.unknown = seen.connection;
-                log::warn!("{unknown}; it is passed on, and more of them are not shown here");
+                log::warn!(
+                    "{whose}{unknown}; it is passed on, and more of them are not shown here"
+                );
             }
             Happened::Ignored { controller } if self.ignored < seen.connection => {
                 self.ignored = seen.connection;
-                log::warn!("{}; more of them are not shown here", ignored(controller));
+                log::warn!("{whose}{}; more of them are not shown here", ignored(controller));
             }
             Happened::NoAnswer { command, since } => {
-                log::warn!("{}", no_answer(*command, seen.at.saturating_duration_since(*since)));
+                let missing = no_answer(*command, seen.at.saturating_duration_since(*since));
+                log::warn!("{whose}{missing}");
             }
             Happened::Unanswered(them)
                 if them.forgotten > 0 && self.forgotten < seen.connection =>

@@ -146,6 +146,8 @@ pub(super) enum Refusal {
     NoSeat,
     /// Another piece is there.
     Taken,
+    /// There are as many as there may be.
+    TooMany,
 }
 
 impl Floor {

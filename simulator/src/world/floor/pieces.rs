@@ -4,6 +4,8 @@ use super::{At, Floor, PlacedPiece, Refusal, SpotKind, RADIUS};
 use crate::world::mishap::Mishap;
 use crate::world::piece::Piece;
 
+/// How many pieces a script adds to a floor at most. Each belt looks at all of them.
+const MOST: usize = 1000;
 /// A colour sensor has its full effect within this distance of a workpiece's middle, in mm.
 const FULL_COLOUR: f64 = 4.0;
 /// The part of this effect for a workpiece that a gripper holds over it, further away than one on a belt. With it blue is
@@ -17,9 +19,10 @@ impl Floor {
         let whereabouts = self.room(piece, place)?;
         let added = PlacedPiece { piece, whereabouts };
         // A script may add pieces forever, so fallen ones make room for new ones.
-        let free = self.pieces.iter_mut().find(|known| known.whereabouts == At::Fallen);
+        let free = self.pieces.iter().position(|known| known.whereabouts == At::Fallen);
         match free {
-            Some(free) => *free = added,
+            Some(free) => self.pieces[free] = added,
+            None if self.pieces.len() >= MOST => return Err(Refusal::TooMany),
             None => self.pieces.push(added),
         }
         Ok(())
@@ -210,5 +213,16 @@ mod tests {
             floor.fall(0);
             assert_eq!((floor.pieces.len(), floor.fallen), (1, fallen));
         }
+    }
+
+    #[test]
+    fn there_are_not_more_pieces_than_a_floor_can_look_at() {
+        let world = World::new().place(Place::new("table"));
+        let mut floor = Plan::of(&[("", &world)], &[]).unwrap().floor;
+        let far = PlacedPiece { piece: Piece::Red, whereabouts: At::Belt { belt: 0, mm: 5e8 } };
+        floor.pieces = (0..MOST).map(|_| far.clone()).collect();
+        assert_eq!(floor.add(Piece::Red, 0), Err(Refusal::TooMany));
+        floor.fall(7);
+        floor.add(Piece::Red, 0).unwrap();
     }
 }

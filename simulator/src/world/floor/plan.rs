@@ -284,6 +284,7 @@ impl Refusal {
         match self {
             Self::NoSeat => "expected nothing here, because the slide is elsewhere at the start",
             Self::Taken => "expected nothing here, because another piece is in the way",
+            Self::TooMany => "expected nothing here, because there are as many as there may be",
         }
     }
 }
