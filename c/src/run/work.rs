@@ -213,7 +213,7 @@ impl Unit<'_> {
         let copies = self.plan.copies.get(&self.source.language);
         let mut command = self.compiler.compile(self.more_options(), &headers.folders);
         if let Some(windows) = &headers.windows {
-            command.arg("-I").arg(windows);
+            command.arg("-idirafter").arg(windows);
         }
         let copy = copies.and_then(|it| it.of.get(self.path()));
         if copy.is_some() {

@@ -467,6 +467,12 @@ fn headers_of_the_program_in_folders_are_its_own() {
         let files = [("m.c", &*main), (&*header, "#define VALUE \"own\"\n")];
         says_in_both_spellings(&files, &[("CFLAGS", "-Iinc")], "own\n");
     }
+    // Ours with names of Windows come last.
+    let main = "#include <conio.h>\nint main(void) { puts(VALUE); return 0; }\n";
+    let files = [("m.c", main), ("inc/conio.h", "#define VALUE \"own\"\n")];
+    for variable in [("CFLAGS", "-isystem inc"), ("CFLAGS", "-idirafter inc"), ("CPATH", "inc")] {
+        says_in_both_spellings(&files, &[variable], "own\n");
+    }
 }
 
 #[test]
