@@ -25,7 +25,7 @@ impl Meaning {
         let is_literal =
             |ours: &Path| ours.file_name().is_some_and(|file| *include.written == *file);
         match (&include.found, ours) {
-            (Found::Own(own), Some(ours)) if is_replaced(own, &name, headers) => {
+            (Found::Own(own), Some(ours)) if is_replaced(&own.file, &name, headers) => {
                 // A program may name our own folders.
                 let is_same = read::file(&own.file).ok() == fs::read(&ours).ok();
                 let passed_over = (!is_same).then(|| own.file.clone());
@@ -46,14 +46,14 @@ impl Meaning {
 
 /// Whether our header takes the place of the program's own file: the headers of that time were for other
 /// compilers, with integers that are longer today.
-fn is_replaced(own: &Own, name: &str, headers: &Headers) -> bool {
+fn is_replaced(file: &Path, name: &str, headers: &Headers) -> bool {
     if !headers.of_kit.contains_key(name) {
         return false;
     }
     if name != COMMON {
         return true;
     }
-    let code = without_comments(&read::file(&own.file).unwrap_or_default());
+    let code = without_comments(&read::file(file).unwrap_or_default());
     defines(&String::from_utf8_lossy(&code), "UINT16")
 }
 
@@ -103,9 +103,9 @@ impl Copies {
         let with_more: BTreeSet<&Path> = with_more.map(|path| folder_of(path)).collect();
         for folder in with_more {
             let place = &copies.folders[folder];
-            stand_in(folder, place)?;
+            stand_in(folder, place, headers)?;
             if let Some(around) = place.parent() {
-                stand_in(&folder.join(".."), around)?;
+                stand_in(&folder.join(".."), around, headers)?;
             }
         }
         Ok(copies)
@@ -172,12 +172,14 @@ impl Copies {
 }
 
 /// Puts something in a folder of copies for each other file of their own folder, and for each folder there. A copy may
-/// include files in ways that its text does not show, such as `#include MACRO`, and looks for them beside itself.
-fn stand_in(folder: &Path, place: &Path) -> io::Result<()> {
+/// include files in ways that its text does not show, such as `#include MACRO`, and looks for them beside itself. Our headers
+/// are found elsewhere.
+fn stand_in(folder: &Path, place: &Path, headers: &Headers) -> io::Result<()> {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let (file, to) = (std::path::absolute(entry.path())?, place.join(entry.file_name()));
         let can_be_quoted = file.to_str().is_some_and(|name| !name.contains(['"', '\n']));
-        if to.exists() || !can_be_quoted {
+        let name = entry.file_name().to_string_lossy().to_lowercase();
+        if to.exists() || !can_be_quoted || is_replaced(&file, &name, headers) {
             continue;
         }
         if file.is_file() {
