@@ -15,6 +15,7 @@ mod record;
 mod relay;
 mod tap;
 
+use std::collections::BTreeSet;
 use std::env;
 use std::ffi::OsString;
 use std::net::SocketAddr;
@@ -352,11 +353,16 @@ impl Awake {
 struct Notes {
     /// On which connections the controller has refused the last attempt: programs try again and again.
     refused: [bool; 3],
-    /// The last connection of which something unknown was seen, a configuration was ignored, and exchanges were left out.
-    unknown: u64,
-    ignored: u64,
-    forgotten: u64,
+    /// What is told once of each open connection.
+    told: BTreeSet<(u64, Once)>,
     followed: Followed,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Once {
+    Unknown,
+    Ignored,
+    LeftOut,
 }
 
 impl Notes {
@@ -388,14 +394,14 @@ impl Notes {
                 };
                 log::warn!("{whose}{text}");
             }
-            Happened::Unknown(unknown) if self.unknown < seen.connection => {
-                self.unknown = seen.connection;
+            Happened::Unknown(unknown) if self.told.insert((seen.connection, Once::Unknown)) => {
                 log::warn!(
                     "{whose}{unknown}; it is passed on, and more of them are not shown here"
                 );
             }
-            Happened::Ignored { controller } if self.ignored < seen.connection => {
-                self.ignored = seen.connection;
+            Happened::Ignored { controller }
+                if self.told.insert((seen.connection, Once::Ignored)) =>
+            {
                 log::warn!("{whose}{}; more of them are not shown here", ignored(controller));
             }
             Happened::NoAnswer { command, since } => {
@@ -403,9 +409,8 @@ impl Notes {
                 log::warn!("{whose}{missing}");
             }
             Happened::Unanswered(them)
-                if them.forgotten > 0 && self.forgotten < seen.connection =>
+                if them.forgotten > 0 && self.told.insert((seen.connection, Once::LeftOut)) =>
             {
-                self.forgotten = seen.connection;
                 log::warn!("{}, and perhaps more", forgotten(them.forgotten));
             }
             Happened::Missed => log::warn!("{}", missed(seen.line)),
@@ -414,9 +419,9 @@ impl Notes {
             Happened::Halted { gone, error } => log::error!("{}", halted(*gone, error.as_ref())),
             Happened::Offline(Farewell::Unanswered) => log::error!("{FAREWELL_UNANSWERED}"),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *was_refused = false,
+            Happened::Closed => self.told.retain(|(connection, _)| *connection != seen.connection),
             Happened::Refused(_)
             | Happened::Connected(_)
-            | Happened::Closed
             | Happened::Controller { .. }
             | Happened::Online
             | Happened::Offline(Farewell::Answered | Farewell::Missing)

@@ -170,6 +170,37 @@ fn what_is_not_understood_ends_with_its_connection() {
     program.end();
 }
 
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn stderr_tells_once_of_each_connection_and_whose_it_is() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let mut command = command(txt.address(), &["--json", "--no-page"]);
+    let running = Running::start(command.stderr(Stdio::piped()));
+    let port = listening(&running.line());
+    let address = ([127, 0, 0, 1], port).into();
+    let has_seen = |connection: u64| loop {
+        let line: Value = serde_json::from_str(&running.line()).unwrap();
+        if line["what"] == "unknown" && line["connection_number"] == connection {
+            break;
+        }
+    };
+    let mut program = KitClient::online(address);
+    let mut stranger = TcpStream::connect(address).unwrap();
+    stranger.write_all(b"GET / HTTP/1.0\r\n\r\n").unwrap();
+    has_seen(2);
+    drop(stranger);
+    program.stream.write_all(&0xDEAD_BEEF_u32.to_le_bytes()).unwrap();
+    has_seen(1);
+    drop(program);
+    running.signal("INT");
+    let ended = running.end();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    let told: Vec<&str> = said.lines().filter(|line| line.contains("unknown command")).collect();
+    assert_eq!(told.len(), 2, "{said}");
+    assert!(told[0].contains("another connection (2): unknown command 0x20544547"), "{said}");
+    assert!(told[1].contains("] unknown command 0xdeadbeef"), "{said}");
+}
+
 #[test]
 fn robo_pro_is_answered_through_it_and_what_follows_is_understood() {
     let txt = SimulatedTxt::builder().start().unwrap();
