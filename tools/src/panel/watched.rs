@@ -206,7 +206,12 @@ impl Watched {
                 self.pictures = seen.connection;
                 self.camera.show(frame, || true);
             }
-            Happened::Closed if self.pictures == seen.connection => self.camera.end(),
+            // What comes then is not shown.
+            Happened::Closed | Happened::NotUnderstood { .. } | Happened::Missed
+                if self.pictures == seen.connection =>
+            {
+                self.camera.end();
+            }
             _ => {}
         }
     }

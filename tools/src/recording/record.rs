@@ -173,17 +173,20 @@ fn watch(
     recorder: &Recorder,
     interrupted: &Receiver<()>,
 ) -> anyhow::Result<()> {
-    let name = handler.device_name().unwrap_or_default();
-    let bar = ProgressBar::no_length().with_message(print::clean(&name).into_owned());
+    let bar = ProgressBar::no_length();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix} from {msg} ({elapsed})") {
         bar.set_style(style);
     }
-    let progress = Progress::start(bar, |bar, so_far: String| bar.set_prefix(so_far));
+    let progress = Progress::start(bar, |bar, (so_far, name): (String, String)| {
+        bar.set_prefix(so_far);
+        bar.set_message(name);
+    });
     let begin = Instant::now();
     let mut controller = controller_of(handler);
     loop {
         let so_far = Recorded { files: Files::of(recorder), totals: recorder.recorded() };
-        progress.show(so_far.to_string());
+        let name = handler.device_name().unwrap_or_default();
+        progress.show((so_far.to_string(), print::clean(&name).into_owned()));
         if let Some(error) = recorder.error() {
             return Err(error.into());
         }

@@ -220,7 +220,7 @@ mod tests {
         let world = World::new().place(Place::new("table"));
         let mut floor = Plan::of(&[("", &world)], &[]).unwrap().floor;
         let far = PlacedPiece { piece: Piece::Red, whereabouts: At::Belt { belt: 0, mm: 5e8 } };
-        floor.pieces = (0..MOST).map(|_| far.clone()).collect();
+        floor.pieces = vec![far; MOST];
         assert_eq!(floor.add(Piece::Red, 0), Err(Refusal::TooMany));
         floor.fall(7);
         floor.add(Piece::Red, 0).unwrap();

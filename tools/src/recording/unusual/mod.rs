@@ -132,6 +132,8 @@ impl Unusual {
     fn look_at_cycle(&mut self, at: Duration, cycle: &Cycle, found: &mut Vec<Found>) {
         if cycle.number == 1 {
             self.late_reactions.get_or_insert(0);
+            // Another program may have another pace.
+            self.pace = Pace::default();
         }
         if cycle.lost > 0 {
             found.push(not_recorded(cycle.lost));
