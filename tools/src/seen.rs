@@ -84,8 +84,9 @@ impl Followed {
         (self.drives, self.last) = (Some(connection), connection);
     }
 
-    pub(crate) fn offline(&mut self) {
-        self.drives = None;
+    /// Returns which one was online.
+    pub(crate) fn offline(&mut self) -> Option<u64> {
+        self.drives.take()
     }
 
     /// Whether a program is online.

@@ -253,7 +253,13 @@ impl Online {
     /// The processes that drive, as far as that is known.
     pub(crate) fn drivers(&mut self) -> BTreeSet<u32> {
         #[cfg(unix)]
-        return self.notes().iter().filter_map(|note| self.mark_on(note.byte)?.1).collect();
+        {
+            let mut bytes: BTreeSet<u32> = self.notes().iter().map(|note| note.byte).collect();
+            if self.is_gone() {
+                bytes.extend(self.seen.iter().map(|(_, byte)| *byte));
+            }
+            bytes.into_iter().filter_map(|byte| self.mark_on(byte)?.1).collect()
+        }
         #[cfg(not(unix))]
         BTreeSet::new()
     }

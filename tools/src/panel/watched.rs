@@ -50,10 +50,8 @@ pub(crate) struct Watched {
     /// Name and firmware of the controller that is shown.
     controller: Option<(String, String)>,
     error: Option<Problem>,
-    /// The connection that it is about.
-    error_of: Option<(Line, u64)>,
-    /// When it is no longer shown.
-    error_until: Option<Instant>,
+    /// What is told of a connection that need not be the program's, where there is no error of the program.
+    beside: Option<Beside>,
     /// None before the program's first exchange.
     areas: Vec<FishX1Transfer>,
     cycle_ms: f64,
@@ -67,6 +65,14 @@ pub(crate) struct Watched {
     /// Since the program went online.
     commands: u64,
     i2c: Option<I2cExchange>,
+}
+
+/// What is told of a connection beside.
+struct Beside {
+    error: Problem,
+    of: (Line, u64),
+    /// When it is no longer shown, because the connection has ended.
+    until: Option<Instant>,
 }
 
 impl Watched {
@@ -91,8 +97,7 @@ impl Watched {
             said: Controllers::default(),
             controller: None,
             error: None,
-            error_of: None,
-            error_until: None,
+            beside: None,
             areas: Vec::new(),
             cycle_ms: 0.0,
             cycles: 0,
@@ -124,16 +129,19 @@ impl Watched {
         // Nothing that others say hides that motors may go on.
         let warns = self.error.as_ref().is_some_and(|error| MOTORS_MAY_GO_ON.contains(&error.code));
         let is_hidden = is_other || (warns && !matches!(seen.what, Happened::Halted { .. }));
-        let connection = (seen.line, seen.connection);
-        if matches!(seen.what, Happened::Closed) && self.error_of == Some(connection) {
-            let code = self.error.as_ref().map(|error| error.code);
-            // It need not be the program's, so what is told of it ends with it. One that is refused ends at once.
-            if seen.line != Line::Main || code == Some(UNKNOWN) {
-                self.error_until = Some(seen.at + TOLD);
+        let of = (seen.line, seen.connection);
+        if let Some(error) = problem(seen).filter(|_| !is_hidden) {
+            let is_own = error.code != UNKNOWN || self.followed.drives();
+            match seen.line {
+                Line::Main if is_own => self.error = Some(error),
+                _ => self.beside = Some(Beside { error, of, until: None }),
             }
         }
-        if let Some(error) = problem(seen).filter(|_| !is_hidden) {
-            (self.error, self.error_of, self.error_until) = (Some(error), Some(connection), None);
+        // One that is refused ends at once.
+        if let (Happened::Closed, Some(beside)) = (&seen.what, &mut self.beside) {
+            if beside.of == of {
+                beside.until = Some(seen.at + TOLD);
+            }
         }
     }
 
@@ -151,7 +159,7 @@ impl Watched {
                 self.gaps += u64::from(self.followed.drives() && !is_shown);
                 self.followed.online(seen.connection);
                 self.controller = self.said.of(seen.connection);
-                (self.error, self.unclear, self.error_until) = (None, None, None);
+                (self.error, self.unclear, self.beside) = (None, None, None);
                 self.forget();
                 // StartOnline.
                 self.commands = 1;
@@ -236,9 +244,7 @@ impl Watched {
     /// Tells the pages, if it is time to do so.
     pub(crate) fn publish_when_due(&mut self) {
         let now = Instant::now();
-        if self.error_until.take_if(|until| *until <= now).is_some() {
-            self.error = None;
-        }
+        self.beside.take_if(|beside| beside.until.is_some_and(|until| until <= now));
         if now >= self.next_state {
             self.next_state = now + STATE_PERIOD;
             self.publish();
@@ -277,7 +283,7 @@ impl Watched {
                 phase,
                 name,
                 firmware,
-                error: self.error.as_ref(),
+                error: self.error.as_ref().or(self.beside.as_ref().map(|beside| &beside.error)),
                 cycle_ms: self.cycle_ms,
                 histogram: self.histogram.bins(),
                 cycles: self.cycles,

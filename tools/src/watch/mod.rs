@@ -369,7 +369,9 @@ impl Notes {
     fn take(&mut self, seen: &Seen) {
         match seen.what {
             Happened::Online => self.followed.online(seen.connection),
-            Happened::Offline(_) if !self.followed.is_other(seen) => self.followed.offline(),
+            Happened::Offline(_) if !self.followed.is_other(seen) => {
+                self.followed.offline();
+            }
             _ => {}
         }
         let is_other = seen.line == Line::Main && self.followed.is_other(seen);

@@ -257,7 +257,7 @@ impl Record {
 
     /// The transfer has ended.
     fn ended(&mut self, at: Instant, end: End) {
-        self.followed.offline();
+        let connection = self.followed.offline();
         let beyond = std::mem::take(&mut self.beyond).text();
         let failed = |kind, error: String| {
             let error = [error].into_iter().chain(beyond.clone()).collect::<Vec<_>>().join("; ");
@@ -284,7 +284,27 @@ impl Record {
                 End::OnlineAgain => failed(FailureKind::Other, end.name().to_owned()),
             },
         };
+        if self.begins {
+            // Without a cycle there is nothing to tell of, unless it has gone wrong.
+            if matches!(what, Transfer::Ended) {
+                return self.begins = false;
+            }
+            self.begin(at, connection.unwrap_or_default(), 0);
+        }
         self.into.transfer(at, what);
+    }
+
+    /// The transfer begins, if it is not in the file yet.
+    fn begin(&mut self, at: Instant, connection: u64, areas: usize) {
+        if !std::mem::take(&mut self.begins) {
+            return;
+        }
+        let (device_name, firmware) = self.controllers.of(connection).unwrap_or_default();
+        let address = self.address.clone();
+        self.into.transfer(at, Transfer::Began { device_name, firmware, address, areas });
+        if let Into::File(file) = &mut self.into {
+            file.begun();
+        }
     }
 
     fn cycle(&mut self, seen: &Seen, cycle: &Cycle) {
@@ -294,15 +314,7 @@ impl Record {
         }
         self.unanswered.take_if(|unanswered| unanswered.cycles > 1);
         self.beyond.answered();
-        if std::mem::take(&mut self.begins) {
-            let (device_name, firmware) = self.controllers.of(seen.connection).unwrap_or_default();
-            let (address, areas) = (self.address.clone(), cycle.areas.len());
-            let began = Transfer::Began { device_name, firmware, address, areas };
-            self.into.transfer(seen.at, began);
-            if let Into::File(file) = &mut self.into {
-                file.begun();
-            }
-        }
+        self.begin(seen.at, seen.connection, cycle.areas.len());
         let statistics = &mut self.statistics;
         statistics.cycles = cycle.number;
         statistics.config_updates = cycle.config_updates;

@@ -170,6 +170,31 @@ fn what_is_not_understood_ends_with_its_connection() {
     program.end();
 }
 
+#[test]
+fn a_stranger_hides_no_missing_answer() {
+    let silence = Fault::at_exchange(1, FaultKind::Silence);
+    let txt = SimulatedTxt::builder().fault(silence).start().unwrap();
+    let watch = Watch::start(txt.address(), &["--leave-outputs"]);
+    let mut page = watch.page();
+    let mut program = KitClient::online(([127, 0, 0, 1], watch.port).into());
+    program.exchange([1; 8]);
+    program.send_all(&[[2; 8]]);
+    let is_told = |state: &Value| state["link"]["error"]["code"] == "no_answer";
+    page.state(0, is_told);
+    // Refused, or not understood.
+    for port in [watch.port + 1, watch.port + 2] {
+        let mut stranger = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        let _ = stranger.write_all(&[b'x'; 64]);
+        drop(stranger);
+    }
+    // Until it is seen.
+    std::thread::sleep(std::time::Duration::from_millis(500));
+    for _ in 0..20 {
+        let state = page.state(0, |_| true);
+        assert!(is_told(&state), "{state}");
+    }
+}
+
 #[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
 #[test]
 fn stderr_tells_once_of_each_connection_and_whose_it_is() {

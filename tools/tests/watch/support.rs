@@ -200,6 +200,14 @@ impl KitClient {
 
     /// The same with extensions.
     pub(crate) fn exchange_all(&mut self, duties: &[[i16; 8]]) {
+        self.send_all(duties);
+        let header = self.receive(CmprHeader::LEN);
+        let size = CmprHeader::parse_response(header).unwrap().extra_size as usize;
+        self.receive(size);
+    }
+
+    /// The request of an exchange alone.
+    pub(super) fn send_all(&mut self, duties: &[[i16; 8]]) {
         let mut words = vec![0; 27 * duties.len()];
         for (words, duty) in words.chunks_mut(27).zip(duties) {
             words[..8].copy_from_slice(&duty.map(|duty| duty as u16));
@@ -211,9 +219,7 @@ impl KitClient {
         let extra_size = data.len() as u32;
         CmprHeader { extra_size, crc, active_extensions }.emit_command(&mut packet);
         packet.extend(data);
-        let header = self.ask(&packet, CmprHeader::LEN);
-        let size = CmprHeader::parse_response(header).unwrap().extra_size as usize;
-        self.receive(size);
+        self.stream.write_all(&packet).unwrap();
     }
 
     /// The other kind of exchange.
