@@ -398,7 +398,9 @@ fn a_header_that_is_copied_is_the_one_that_the_compiler_finds_first() {
         ("a/speed.h", "#define SPEED \"a\"\n"),
         ("b/Speed.h", "#define SPEED \"b\"\n"),
     ];
-    says_in_both_spellings(&files, &[("CFLAGS", "-I a -idirafter b")], "b\n");
+    // Windows has both names for each.
+    let says = if cfg!(windows) { "a\n" } else { "b\n" };
+    says_in_both_spellings(&files, &[("CFLAGS", "-I a -idirafter b")], says);
 }
 
 #[test]
@@ -466,6 +468,9 @@ fn headers_of_the_program_in_folders_are_its_own() {
         let header = format!("inc/{name}");
         let files = [("m.c", &*main), (&*header, "#define VALUE \"own\"\n")];
         says_in_both_spellings(&files, &[("CFLAGS", "-Iinc")], "own\n");
+    }
+    if cfg!(windows) {
+        return;
     }
     // Ours with names of Windows come last.
     let main = "#include <conio.h>\nint main(void) { puts(VALUE); return 0; }\n";
