@@ -75,7 +75,7 @@ impl Controllers {
 #[derive(Debug, Default)]
 pub(crate) struct Followed {
     drives: Option<u64>,
-    /// The newest one that has been online.
+    /// The one that has gone online last.
     last: u64,
 }
 

@@ -61,9 +61,6 @@ fn hosts_in(ports: &str) -> impl Iterator<Item = String> + '_ {
     hosts.map(|(_, host)| host.trim().to_owned()).filter(|host| !host.is_empty())
 }
 
-/// What is said of the memory image of a crash.
-const CUT_OFF: &str = "a memory image (core) was cut off, because motors were on meanwhile";
-
 /// Runs the program. Its motors are off afterwards, as far as that is possible.
 pub(crate) fn run(
     program: &Program,
@@ -93,7 +90,7 @@ pub(crate) fn run(
     let mut child = command.spawn()?;
     let id = signals::pass_on_to(&child);
     let mut was_left = false;
-    let (mut dumps, mut cut_off) = (Dumps::default(), None);
+    let (mut dumps, mut was_cut_off) = (Dumps::default(), false);
     let (to_say, saying) = say_meanwhile();
     let status = loop {
         match child.try_wait() {
@@ -107,7 +104,7 @@ pub(crate) fn run(
             online.begin_to_stop(if is_suspended { While::IsSuspended } else { While::Runs });
         }
         for process in dumps.take_long(|| online.drivers()) {
-            cut_off = Some(String::from(CUT_OFF));
+            was_cut_off = true;
             dump::cut_off(process);
         }
         // Sentences without room are not said.
@@ -154,6 +151,8 @@ pub(crate) fn run(
     let is_off = online.has_begun() && stopped.is_empty() && !was_left;
     let word =
         word.map(|word| if is_crash && is_off { word + "; all outputs are off" } else { word });
+    let cut_off = was_cut_off
+        .then(|| "a memory image (core) was cut off, because motors were on meanwhile".to_owned());
     let stopped = stopped.into_iter().map(|(_, it)| it);
     let words = word.into_iter().chain(cut_off).chain(forks).chain(stopped).collect();
     Ok(Ended { status, saying, words })

@@ -252,11 +252,18 @@ impl Compiler {
             signals::output_of(&mut command).map(|output| output.stderr)
         };
         let said = ask(self.compile(&[], &[]))?;
-        let mut alone = self.command();
-        for variable in FOLDERS {
-            alone.env_remove(variable);
-        }
-        Ok(Folders::read(&said, &ask(alone)?).unwrap_or_else(|| Folders {
+        // Usually nobody names any, and it need not be asked twice.
+        let are_all_its_own = self.flags.is_empty()
+            && options.include_folders.is_empty()
+            && FOLDERS.iter().all(|variable| env::var_os(variable).is_none());
+        let said_alone = if are_all_its_own {
+            said.clone()
+        } else {
+            let mut alone = self.command();
+            FOLDERS.iter().for_each(|variable| _ = alone.env_remove(variable));
+            ask(alone)?
+        };
+        Ok(Folders::read(&said, &said_alone).unwrap_or_else(|| Folders {
             all: options.include_folders.clone(),
             ..Folders::default()
         }))

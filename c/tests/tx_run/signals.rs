@@ -16,6 +16,8 @@ use std::time::Duration;
 use ft_transfer_area_simulator::{FaultKind, Machine, SimulatedTxt};
 
 use super::ends::{goes_on_with_a_motor, press, wait_stopped, with_a_motor};
+#[cfg(target_os = "linux")]
+use super::support::shared_library;
 use super::support::{
     cache, has_compiler, has_ended, make_pipe, program, run_on, run_with, tx_run, txt, wait_for,
     wait_until, Run,
@@ -397,9 +399,7 @@ fn a_controller_whose_name_is_forgotten_is_stopped_at_its_address() {
 #[cfg(target_os = "linux")]
 fn library_of(name: &str, folder: &Path) -> std::path::PathBuf {
     let library = folder.join(name).with_extension("so");
-    let mut compiler = Command::new("cc");
-    compiler.args(["-shared", "-fPIC", "-o"]).arg(&library).arg(program(name));
-    assert!(compiler.status().unwrap().success());
+    shared_library(&program(name), &library, &[]);
     library
 }
 

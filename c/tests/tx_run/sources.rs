@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 
 #[cfg(target_os = "linux")]
-use super::support::cache;
+use super::support::{cache, shared_library};
 use super::support::{has_compiler, tx_run, txt, wait_for, write, Ended, Run};
 
 /// Runs these files, the names of which are relative to the folder in which `tx_run` is started.
@@ -678,10 +678,7 @@ fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_wit
         write(folder.path(), "part.c", &format!("int {name}(void) {{ return {value}; }}\n"));
         let file = at(place).join(format!("lib{name}.so.1"));
         std::fs::create_dir_all(at(place)).unwrap();
-        let mut command = Command::new("cc");
-        command.args(["-shared", "-fPIC", "-o"]).arg(&file).arg(at("part.c"));
-        command.arg(format!("-Wl,-soname,lib{name}.so.1"));
-        assert!(command.status().unwrap().success());
+        shared_library(&at("part.c"), &file, &[&format!("-Wl,-soname,lib{name}.so.1")]);
         std::fs::remove_file(at("part.c")).unwrap();
         std::os::unix::fs::symlink(&file, at(place).join(format!("lib{name}.so"))).unwrap();
     };
@@ -739,9 +736,7 @@ fn a_library_that_is_named_is_the_one_that_the_program_gets() {
     std::fs::copy(library, at("lib/libftMscLib.so")).unwrap();
     for (place, value) in [("lib", 1), ("named", 2)] {
         write(folder.path(), "value.c", &format!("int value(void) {{ return {value}; }}\n"));
-        let mut command = Command::new("cc");
-        command.args(["-shared", "-fPIC", "-o"]).arg(at(place).join("libvalue.so"));
-        assert!(command.arg(at("value.c")).status().unwrap().success());
+        shared_library(&at("value.c"), &at(place).join("libvalue.so"), &[]);
     }
     std::fs::remove_file(at("value.c")).unwrap();
     write(folder.path(), "main.c", "int value(void);\nint main(void) { return value(); }\n");

@@ -30,6 +30,14 @@ pub(crate) fn txt() -> SimulatedTxtBuilder {
     SimulatedTxt::builder()
 }
 
+/// Compiles a dynamic library.
+#[cfg(target_os = "linux")]
+pub(crate) fn shared_library(source: &Path, to: &Path, options: &[&str]) {
+    let mut compiler = Command::new("cc");
+    compiler.args(["-shared", "-fPIC"]).args(options).arg(source).arg("-o").arg(to);
+    assert!(compiler.status().unwrap().success(), "{}", source.display());
+}
+
 /// Waits until the machine is as expected.
 #[track_caller]
 pub(crate) fn wait_for(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Machine) -> bool) {

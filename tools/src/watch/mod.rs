@@ -388,11 +388,9 @@ impl Notes {
                 log::warn!("{}", refused(seen.line, error));
             }
             Happened::NotUnderstood { side, why } => {
-                let all = not_understood(seen.line, *side, why);
-                let text = if is_other {
-                    format!("{} is not understood: {why}", side.name())
-                } else {
-                    all
+                let text = match is_other {
+                    true => format!("{} is not understood: {why}", side.name()),
+                    false => not_understood(seen.line, *side, why),
                 };
                 log::warn!("{whose}{text}");
             }
