@@ -113,21 +113,23 @@ struct Reader {
 
 impl Reader {
     fn run(self) {
-        let result = catch_unwind(AssertUnwindSafe(|| self.read_frames()))
+        let mut from = String::new();
+        let result = catch_unwind(AssertUnwindSafe(|| self.read_frames(&mut from)))
             .unwrap_or_else(|panic| Err(Error::from_panic(&*panic)));
         let error = self.control.finish(result);
         // The reason is known before the channel ends, so the program can ask for it then.
         drop(self);
         match error {
-            Some(error) => notice!(Warn, "the camera stream has ended: {error:#}"),
-            None => notice!(Info, "the camera stream has ended"),
+            Some(error) => notice!(Warn, "the camera stream{from} has ended: {error:#}"),
+            None => notice!(Info, "the camera stream{from} has ended"),
         }
     }
 
-    /// Reads frames until the stream is stopped, across gaps.
-    fn read_frames(&self) -> Result<(), Error> {
+    /// Reads frames until the stream is stopped, across gaps. `from` tells the log which server it was.
+    fn read_frames(&self, from: &mut String) -> Result<(), Error> {
         let mut sequence = 0;
         while let Some(server) = self.control.server() {
+            *from = format!(" from {}", server.endpoint);
             let error = self.read_from_server(&server, &mut sequence);
             let limit = match error.origin() {
                 Origin::Connection => self.gap_limit,

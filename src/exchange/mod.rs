@@ -176,6 +176,11 @@ impl Exchange {
         self.commands.end_sounds();
     }
 
+    /// Which controller warnings name.
+    pub(crate) fn name_peer(&mut self, peer: String) {
+        self.outputs.peer = Some(peer);
+    }
+
     /// Whether the inputs tell which commands are silence, so that [`Inputs::finish_silence`] can report them as done.
     pub(crate) fn tell_silence(&mut self, tells: bool) {
         self.commands.tell_silence(tells);

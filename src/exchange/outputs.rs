@@ -14,6 +14,8 @@ pub(super) struct Outputs {
     /// For each area and output, whether its duty was out of range in the last request, so that only
     /// the first of several such requests is logged.
     out_of_range: [[bool; IZ_PWM_CHAN]; MAX_AREAS],
+    /// Of which controller it warns, if that is known: a program may have several.
+    pub(super) peer: Option<String>,
 }
 
 impl Outputs {
@@ -40,6 +42,7 @@ impl Outputs {
     /// Remembers which duties are out of range, and warns of those that were not before.
     #[cold]
     fn warn(&mut self, index: usize, duties: &[i16; IZ_PWM_CHAN], sent: &[i16; IZ_PWM_CHAN]) {
+        let peer = self.peer.as_ref().map(|peer| format!("{peer}: ")).unwrap_or_default();
         for output in Output::ALL {
             let (duty, sent) = (duties[output.index()], sent[output.index()]);
             let is_out = sent != duty;
@@ -47,7 +50,7 @@ impl Outputs {
             if is_out && !was_out {
                 notice!(
                     Warn,
-                    "{output} in area {index} has duty {duty}, which is not 0..={DUTY_MAX}: {sent} is sent"
+                    "{peer}{output} in area {index} has duty {duty}, which is not 0..={DUTY_MAX}: {sent} is sent"
                 );
             }
         }
@@ -122,5 +125,8 @@ mod tests {
         assert!(send(0, -777).is_empty(), "it was not in range between");
         assert!(send(0, 512).is_empty());
         assert_eq!(send(0, 30_001), [first]);
+        let mut of_other = Outputs { peer: Some("10.0.0.8:65000".into()), ..Outputs::default() };
+        of_other.of(0, &area);
+        assert_eq!(warnings(&[30_001]), [format!("10.0.0.8:65000: {first}")]);
     }
 }

@@ -78,6 +78,17 @@ fn is_of_system(file: &Path) -> bool {
         .any(|folder| file.starts_with(folder))
 }
 
+/// Checks that no library is in this folder: the loader takes a `:` in its name for the end of the name.
+fn check_needs_none_of(folder: &Path, libraries: &[Library]) -> Result<(), Sentence> {
+    match libraries.iter().find(|library| folder_of(&library.file) == folder) {
+        Some(library) => {
+            let file = library.file.display();
+            Err(format!("the program would not find {file}: no folder of a library may have a `:` in its name").into())
+        }
+        None => Ok(()),
+    }
+}
+
 /// These folders, and those of the libraries, in an order in which none hides a library in another one. The error is a
 /// library for which there is no such order.
 pub(crate) fn folders(
@@ -97,7 +108,10 @@ pub(crate) fn folders(
             Some(place) => {
                 let next = rest.remove(place);
                 rest.retain(|folder| *folder != next);
-                ordered.push(next);
+                match next.as_os_str().as_encoded_bytes().contains(&b':') {
+                    false => ordered.push(next),
+                    true => check_needs_none_of(&next, libraries)?,
+                }
             }
             None => {
                 let library = rest.iter().find_map(hidden_by);

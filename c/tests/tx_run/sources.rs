@@ -711,6 +711,11 @@ fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_wit
     }
     let ended = status(&["-L", "a", "-L", "b", "-l", "other", "-l", "speed"], &[]);
     assert_eq!(ended.status, Some(41));
+    // The loader would look in `c` and in `d`.
+    library("c:d", "speed", 2);
+    let ended = status(&["-L", "a", "-l", "other", "-l", "speed"], &[("LDFLAGS", "-Lc:d")]);
+    assert_eq!(ended.status, Some(1));
+    assert!(ended.err.contains("c:d/libspeed.so: no folder of a library"), "{}", ended.err);
     // Whatever the order is, one of them is another one.
     library("b", "other", 80);
     let ended = status(&[other, speed], &[]);

@@ -102,6 +102,7 @@ pub(crate) fn connect(
     });
     client.start_online()?;
     let mut exchange = Exchange::new(settings.mode, version);
+    exchange.name_peer(settings.peer());
     exchange.tell_silence(settings.silence_is_done);
     let areas = shared.outgoing();
     let mut config_updates = 0;

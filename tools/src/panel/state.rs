@@ -30,7 +30,7 @@ pub(super) struct HostState<'a> {
     pub(super) camera: CameraState,
     pub(super) i2c: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) watched: Option<WatchedState>,
+    pub(super) watched: Option<WatchedState<'a>>,
     /// How far the pupil is in a lesson.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) lesson: Option<Progress>,
@@ -106,7 +106,7 @@ struct MotorState {
 
 /// What a page shows only of a controller that is watched.
 #[derive(Serialize)]
-pub(super) struct WatchedState {
+pub(super) struct WatchedState<'a> {
     /// `None` before the first.
     pub(super) answer: Option<AnswerState>,
     /// Commands that were not an exchange.
@@ -114,6 +114,8 @@ pub(super) struct WatchedState {
     pub(super) i2c: Option<I2cState>,
     /// Whether programs are refused.
     pub(super) shut: bool,
+    /// What is told of a connection that need not be the program's.
+    pub(super) beside: Option<&'a Problem>,
 }
 
 /// How long the program took from a response to its next request, in ms.

@@ -271,7 +271,8 @@ impl Watched {
             read: last.read.as_deref().map(first),
         });
         let (answer, commands, shut) = (self.answers.state(), self.commands, self.gate.is_shut());
-        let watched = WatchedState { answer, commands, i2c, shut };
+        let beside = self.beside.as_ref().map(|beside| &beside.error);
+        let watched = WatchedState { answer, commands, i2c, shut, beside };
         let (name, firmware) = self.controller.clone().unzip();
         let areas = match &self.areas[..] {
             [] => state::areas(&[unknown_area()], false),
@@ -283,7 +284,7 @@ impl Watched {
                 phase,
                 name,
                 firmware,
-                error: self.error.as_ref().or(self.beside.as_ref().map(|beside| &beside.error)),
+                error: self.error.as_ref(),
                 cycle_ms: self.cycle_ms,
                 histogram: self.histogram.bins(),
                 cycles: self.cycles,

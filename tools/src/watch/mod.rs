@@ -411,9 +411,9 @@ impl Notes {
             Happened::Unanswered(them)
                 if them.forgotten > 0 && self.told.insert((seen.connection, Once::LeftOut)) =>
             {
-                log::warn!("{}, and perhaps more", forgotten(them.forgotten));
+                log::warn!("{whose}{}, and perhaps more", forgotten(them.forgotten));
             }
-            Happened::Missed => log::warn!("{}", missed(seen.line)),
+            Happened::Missed => log::warn!("{whose}{}", missed(seen.line)),
             Happened::Halted { gone, error: None } => log::warn!("{}", halted(*gone, None)),
             // Motors may go on: no warning takes the room of these.
             Happened::Halted { gone, error } => log::error!("{}", halted(*gone, error.as_ref())),

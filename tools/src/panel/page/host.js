@@ -71,7 +71,8 @@ export class HostView {
 
   update(drives) {
     const { state } = this.host;
-    const { phase, error } = state.link;
+    const { phase } = state.link;
+    const { error } = this.host;
     const isShut = Boolean(state.watched?.shut);
     const told = error && phase !== "running" ? sentence(error) : "";
     const may = drives && phase === "running";

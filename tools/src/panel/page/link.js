@@ -58,7 +58,8 @@ export class Link {
     this.histogram.update(link.histogram);
     // The last error stays: when there were gaps, it says why.
     const last = this.host.lastError ? t("lastError", { text: sentence(this.host.lastError) }) : t("noError");
-    setText(this.error, link.error ? sentence(link.error) : last);
-    setAttribute(this.error, "data-error", Boolean(link.error));
+    const error = this.host.error;
+    setText(this.error, error ? sentence(error) : last);
+    setAttribute(this.error, "data-error", Boolean(error));
   }
 }

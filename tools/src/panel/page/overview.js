@@ -36,8 +36,9 @@ class Tile {
     const { link, areas, driver, you_drive } = state;
     const [{ alive, inputs, motors }] = areas;
     const facts = [title === address ? link.name : address, link.firmware, `${milliseconds(this.host.cycle)} ms`, ...areas.slice(1).filter((area) => area.alive).map((area) => area.name)];
-    setText(this.facts, link.error ? sentence(link.error) : facts.filter(Boolean).join(" · "));
-    setAttribute(this.facts, "data-error", Boolean(link.error));
+    const error = this.host.error;
+    setText(this.facts, error ? sentence(error) : facts.filter(Boolean).join(" · "));
+    setAttribute(this.facts, "data-error", Boolean(error));
     setAttribute(this.element, "data-absent", !alive);
     inputs.forEach((input, index) => setAttribute(this.inputs[index], "data-on", alive && input.digital && input.value !== 0));
     motors.forEach(({ outputs, duty: [first, second] }, index) => {

@@ -58,6 +58,11 @@ class Host {
     if (this.state) this.state = { ...this.state, link: { ...this.state.link, phase: "lost" } };
   }
 
+  /** What is wrong now. What is told of a connection that need not be the program's gives way to what is told of the program. */
+  get error() {
+    return this.state?.link.error ?? this.state?.watched?.beside ?? null;
+  }
+
   /** The host's name for people. */
   get title() {
     const name = this.state?.link.name;
