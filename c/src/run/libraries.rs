@@ -3,15 +3,18 @@
 //! The loader knows a library by the name in it, and takes it from the first folder that has a file of this name.
 
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use object::elf::{FileHeader32, FileHeader64, DT_SONAME};
-use object::read::elf::{ElfFile, FileHeader};
+use object::read::elf::{ElfFile, FileHeader, ProgramHeader};
 use object::{Endianness, FileKind, ReadCache};
 
 use crate::link::folder_of;
 use crate::read;
+use crate::signals;
 use crate::Sentence;
 
 /// A dynamic library that a program is linked with.
@@ -36,9 +39,20 @@ impl Library {
 
     /// Whether the loader would take another file in this folder for it.
     fn is_hidden_by(&self, folder: &Path) -> bool {
-        let place = |file: &Path| fs::canonicalize(file).ok();
-        let other = place(&folder.join(&self.name));
-        other.is_some() && other != place(&folder_of(&self.file).join(&self.name))
+        let other = fs::canonicalize(folder.join(&self.name)).ok();
+        other.is_some() && other != self.place()
+    }
+
+    /// Where the file is that the loader has to take.
+    fn place(&self) -> Option<PathBuf> {
+        fs::canonicalize(folder_of(&self.file).join(&self.name)).ok()
+    }
+
+    /// Whether the loader finds it without being told of a folder. It is itself a part of the C library.
+    fn is_of_system(&self) -> bool {
+        let of_c = ["libc.so", "libm.so", "libpthread.so", "libdl.so", "librt.so", "ld-"];
+        let name = self.name.to_string_lossy();
+        of_c.iter().any(|part| name.starts_with(part)) || is_in_system(&self.file)
     }
 }
 
@@ -56,8 +70,7 @@ fn name_in<Elf: FileHeader<Endian = Endianness>>(
     Some(name.map(PathBuf::into_os_string))
 }
 
-/// The dynamic libraries in what a linker says of the files that it takes (`--trace`), without those of the system and our
-/// own.
+/// The dynamic libraries in what a linker says of the files that it takes (`--trace`), without our own.
 pub(crate) fn taken(said: &[u8], own: &Path) -> Vec<Library> {
     let lines = said.split(|byte| *byte == b'\n').filter_map(|line| {
         let line = line.trim_ascii();
@@ -66,12 +79,11 @@ pub(crate) fn taken(said: &[u8], own: &Path) -> Vec<Library> {
         let file = inner.and_then(|line| line.splitn(2, |byte| *byte == b'(').nth(1));
         read::path(file.unwrap_or(line))
     });
-    let others = lines.filter(|file| file != own && !is_of_system(file));
-    others.filter_map(|file| Library::of(&file)).collect()
+    lines.filter(|file| file != own).filter_map(|file| Library::of(&file)).collect()
 }
 
 /// Whether the loader looks there without being told.
-fn is_of_system(file: &Path) -> bool {
+fn is_in_system(file: &Path) -> bool {
     let file = fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
     ["/lib", "/lib32", "/lib64", "/usr/lib", "/usr/lib32", "/usr/lib64"]
         .iter()
@@ -79,7 +91,7 @@ fn is_of_system(file: &Path) -> bool {
 }
 
 /// Checks that no library is in this folder: the loader takes a `:` in its name for the end of the name.
-fn check_needs_none_of(folder: &Path, libraries: &[Library]) -> Result<(), Sentence> {
+fn check_needs_none_of(folder: &Path, libraries: &[&Library]) -> Result<(), Sentence> {
     match libraries.iter().find(|library| folder_of(&library.file) == folder) {
         Some(library) => {
             let file = library.file.display();
@@ -95,6 +107,7 @@ pub(crate) fn folders(
     mut rest: Vec<PathBuf>,
     libraries: &[Library],
 ) -> Result<Vec<PathBuf>, Sentence> {
+    let libraries: Vec<&Library> = libraries.iter().filter(|it| !it.is_of_system()).collect();
     rest.extend(libraries.iter().map(|library| folder_of(&library.file).to_owned()));
     let mut ordered: Vec<PathBuf> = Vec::new();
     while !rest.is_empty() {
@@ -102,7 +115,7 @@ pub(crate) fn folders(
             let hidden = |it: &&Library| {
                 rest.iter().any(|rest| rest == folder_of(&it.file)) && it.is_hidden_by(folder)
             };
-            libraries.iter().find(hidden)
+            libraries.iter().copied().find(hidden)
         };
         match rest.iter().position(|folder| hidden_by(folder).is_none()) {
             Some(place) => {
@@ -110,20 +123,74 @@ pub(crate) fn folders(
                 rest.retain(|folder| *folder != next);
                 match next.as_os_str().as_encoded_bytes().contains(&b':') {
                     false => ordered.push(next),
-                    true => check_needs_none_of(&next, libraries)?,
+                    true => check_needs_none_of(&next, &libraries)?,
                 }
             }
             None => {
                 let library = rest.iter().find_map(hidden_by);
                 let [file, folder] = [library.map(|it| &*it.file), rest.first().map(|it| &**it)]
                     .map(|path| path.unwrap_or(Path::new("")).display());
-                return Err(format!(
-                    "the program would not get {file}, with which it is linked: {folder} has another library with the \
-                     same name"
-                )
-                .into());
+                return Err(other_library(file, folder));
             }
         }
     }
     Ok(ordered)
+}
+
+fn other_library(file: impl Display, folder: impl Display) -> Sentence {
+    format!(
+        "the program would not get {file}, with which it is linked: {folder} has another library with the same name"
+    )
+    .into()
+}
+
+/// Checks that the loader takes no other library than the linker from these folders, in which it looks first. They may hide
+/// one of the system.
+pub(crate) fn check(
+    program: &Path,
+    folders: &[PathBuf],
+    libraries: &[Library],
+) -> Result<(), Sentence> {
+    let Some(loader) = loader_of(program) else { return Ok(()) };
+    let mut list = Command::new(loader);
+    // Who sets these wants another one.
+    list.arg("--list").arg(program).env_remove("LD_LIBRARY_PATH").env_remove("LD_PRELOAD");
+    let said = signals::output_of(&mut list)?.stdout;
+    let places: Vec<_> =
+        folders.iter().filter_map(|folder| fs::canonicalize(folder).ok()).collect();
+    for (name, file) in said.split(|byte| *byte == b'\n').filter_map(found) {
+        let in_ours = folder_of(&file).canonicalize().is_ok_and(|folder| places.contains(&folder));
+        let place = fs::canonicalize(&file).ok();
+        let is_other = |it: &&Library| *it.name == *name && it.place() != place;
+        if let (true, Some(other)) = (in_ours, libraries.iter().find(is_other)) {
+            return Err(other_library(other.file.display(), folder_of(&file).display()));
+        }
+    }
+    Ok(())
+}
+
+/// The name and the file in a line of the loader such as `libm.so.6 => /lib/libm.so.6 (0x7f4a)`.
+fn found(line: &[u8]) -> Option<(PathBuf, PathBuf)> {
+    let [name, file] =
+        [" => ", " (0x"].map(|it| line.windows(4).rposition(|part| part == it.as_bytes()));
+    let (name, file) = (&line[..name?], line.get(name? + 4..file?)?);
+    Some((read::path(name.trim_ascii())?, read::path(file)?))
+}
+
+/// What starts a program with dynamic libraries.
+fn loader_of(program: &Path) -> Option<PathBuf> {
+    let parts = ReadCache::new(File::open(program).ok()?);
+    let loader = match FileKind::parse(&parts).ok()? {
+        FileKind::Elf32 => loader_in::<FileHeader32<Endianness>>(&parts)?,
+        FileKind::Elf64 => loader_in::<FileHeader64<Endianness>>(&parts)?,
+        _ => return None,
+    };
+    // They know `--list`. Another one would start the program.
+    loader.file_name()?.as_encoded_bytes().starts_with(b"ld-").then_some(loader)
+}
+
+fn loader_in<Elf: FileHeader<Endian = Endianness>>(parts: &ReadCache<File>) -> Option<PathBuf> {
+    let file = ElfFile::<Elf, &ReadCache<File>>::parse(parts).ok()?;
+    let mut headers = file.elf_program_headers().iter();
+    read::path(headers.find_map(|header| header.interpreter(file.endian(), parts).ok()?)?)
 }

@@ -685,8 +685,8 @@ fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_wit
     library("a", "other", 40);
     library("a", "speed", 1);
     library("b", "speed", 2);
-    let main = "int speed(void);\nint other(void);\nint main(void) { return other() + speed(); }\n";
-    write(folder.path(), "m.c", main);
+    let both = "int speed(void);\nint other(void);\nint main(void) { return other() + speed(); }\n";
+    write(folder.path(), "m.c", both);
     let status = |arguments: &[&str], variables: &[(&str, &str)]| {
         let mut command = tx_run(&["--world", "none", "m.c"]);
         command.args(arguments).envs(variables.iter().copied()).current_dir(folder.path());
@@ -716,7 +716,19 @@ fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_wit
     let ended = status(&["-L", "a", "-l", "other", "-l", "speed"], &[("LDFLAGS", "-Lc:d")]);
     assert_eq!(ended.status, Some(1));
     assert!(ended.err.contains("c:d/libspeed.so: no folder of a library"), "{}", ended.err);
+    // One of the system, which an order does not help.
+    library("sdk", "vendor", 9);
+    let main = "#include <math.h>\n#include <stdlib.h>\nint vendor(void);\n\
+        int main(int argc, char *argv[]) { return vendor() + (int)cos(atof(argv[argc - 1])); }\n";
+    write(folder.path(), "m.c", main);
+    let ended = status(&["-L", "sdk", "-l", "vendor"], &[]);
+    assert_eq!(ended.status, Some(10), "{ended:?}");
+    shared_library(&at("m.c"), &at("sdk/libm.so.6"), &["-Wl,-soname,libm.so.6"]);
+    let ended = status(&["-L", "sdk", "-l", "vendor"], &[]);
+    assert_eq!(ended.status, Some(1), "{ended:?}");
+    assert!(ended.err.contains("sdk has another library with the same name"), "{}", ended.err);
     // Whatever the order is, one of them is another one.
+    write(folder.path(), "m.c", both);
     library("b", "other", 80);
     let ended = status(&[other, speed], &[]);
     assert_eq!(ended.status, Some(1));
