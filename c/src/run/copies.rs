@@ -123,21 +123,27 @@ impl Copies {
     }
 
     fn choose(&mut self, meanings: &BTreeMap<&Path, Vec<Meaning>>, to: &Path) {
-        let needs_copy = |meaning: &Meaning, copied: &BTreeMap<PathBuf, PathBuf>| match meaning {
-            Meaning::Ours { is_found, .. } => !is_found,
-            Meaning::Own { own, is_found } => !is_found || copied.contains_key(&own.file),
-            Meaning::Elsewhere => false,
-        };
-        loop {
-            let before = self.of.len();
-            for (path, all) in meanings {
-                if !self.of.contains_key(*path) && all.iter().any(|it| needs_copy(it, &self.of)) {
-                    let copy = self.place(path, to);
-                    self.of.insert(path.to_path_buf(), copy);
+        let mut including: BTreeMap<&Path, Vec<&Path>> = BTreeMap::new();
+        let mut rest = Vec::new();
+        for (path, all) in meanings {
+            for meaning in all {
+                if let Meaning::Own { own, .. } = meaning {
+                    including.entry(&own.file).or_default().push(path);
                 }
             }
-            if self.of.len() == before {
-                break;
+            let is_found = |meaning: &Meaning| match meaning {
+                Meaning::Ours { is_found, .. } | Meaning::Own { is_found, .. } => *is_found,
+                Meaning::Elsewhere => true,
+            };
+            if !all.iter().all(is_found) {
+                rest.push(*path);
+            }
+        }
+        while let Some(path) = rest.pop() {
+            if !self.of.contains_key(path) {
+                let copy = self.place(path, to);
+                self.of.insert(path.to_path_buf(), copy);
+                rest.extend(including.get(path).into_iter().flatten());
             }
         }
         for meaning in meanings.values().flatten() {
