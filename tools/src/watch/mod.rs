@@ -414,10 +414,12 @@ impl Notes {
                 log::warn!("{whose}{}, and perhaps more", forgotten(them.forgotten));
             }
             Happened::Missed => log::warn!("{whose}{}", missed(seen.line)),
-            Happened::Halted { gone, error: None } => log::warn!("{}", halted(*gone, None)),
+            Happened::Halted { gone, error: None } => log::warn!("{whose}{}", halted(*gone, None)),
             // Motors may go on: no warning takes the room of these.
-            Happened::Halted { gone, error } => log::error!("{}", halted(*gone, error.as_ref())),
-            Happened::Offline(Farewell::Unanswered) => log::error!("{FAREWELL_UNANSWERED}"),
+            Happened::Halted { gone, error } => {
+                log::error!("{whose}{}", halted(*gone, error.as_ref()))
+            }
+            Happened::Offline(Farewell::Unanswered) => log::error!("{whose}{FAREWELL_UNANSWERED}"),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *was_refused = false,
             Happened::Closed => self.told.retain(|(connection, _)| *connection != seen.connection),
             Happened::Refused(_)

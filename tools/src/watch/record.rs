@@ -28,6 +28,8 @@ enum End {
     Offline(Farewell),
     /// Its program goes online again on the same connection. There was no answer to a StopOnline before.
     OnlineAgain,
+    /// A program on another connection goes online. A controller has one client, so this one has lost it.
+    OtherOnline,
 }
 
 /// Understands what is to be recorded.
@@ -132,6 +134,7 @@ impl End {
             Self::Offline(Farewell::Unanswered) => "the program ended: motors may go on",
             Self::Offline(Farewell::Answered | Farewell::Missing) => "the program ended",
             Self::OnlineAgain => "the program went online again while it was online",
+            Self::OtherOnline => "a program on another connection went online",
         }
     }
 }
@@ -178,9 +181,8 @@ impl Record {
         match seen.line {
             Line::Main if !self.followed.is_other(seen) => self.of_main(seen),
             Line::Main if matches!(seen.what, Happened::Online) => {
-                // A controller has one client: the other one has lost it.
                 if self.followed.drives() {
-                    self.ended(seen.at, End::Offline(Farewell::Missing));
+                    self.ended(seen.at, End::OtherOnline);
                 }
                 self.of_main(seen);
             }
@@ -281,7 +283,9 @@ impl Record {
                 End::Offline(Farewell::Missing) => {
                     failed(FailureKind::Closed, halted.unwrap_or_else(|| CLOSED.to_owned()))
                 }
-                End::OnlineAgain => failed(FailureKind::Other, end.name().to_owned()),
+                End::OnlineAgain | End::OtherOnline => {
+                    failed(FailureKind::Other, end.name().to_owned())
+                }
             },
         };
         if self.begins {

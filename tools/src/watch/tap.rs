@@ -13,8 +13,15 @@ const ROOM: usize = 32 << 20;
 /// How much of it is only for what happens to connections.
 const KEPT: usize = 2 << 20;
 /// How much of it is for what passes on connections that do not drive, so that nobody beside the program that drives
-/// takes its room, or the time to look at it. Pictures of 10 s need less.
-const OTHERS: usize = 8 << 20;
+/// takes its room, or the time to look at it.
+const fn room_of_others(line: Line) -> usize {
+    match line {
+        // Each four bytes may be a command.
+        Line::Main => 1 << 20,
+        // Pictures of 10 s need less.
+        Line::Camera | Line::I2c => 8 << 20,
+    }
+}
 /// The first bytes of each connection have all the room: they may be those with which it begins to drive.
 const BEGINNING: usize = 1 << 10;
 
@@ -101,7 +108,8 @@ impl Tap {
             Side::Controller => What::FromController(bytes.to_vec()),
         };
         telling.bytes = telling.bytes.saturating_add(bytes.len());
-        let room = if drives || telling.bytes <= BEGINNING { ROOM - KEPT } else { OTHERS };
+        let room =
+            if drives || telling.bytes <= BEGINNING { ROOM - KEPT } else { room_of_others(line) };
         let piece = Piece { line, connection, at, what };
         telling.missed = !self.pieces.put_below(piece, bytes.len(), room);
         if telling.missed {

@@ -1,8 +1,9 @@
 //! What the lines of JSON say.
 
 use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::process::Stdio;
+use std::thread;
 
 use ft_transfer_area::transfer_area::{Config, InputMode, UniConfig, LOCAL_IO};
 use ft_transfer_area::tx::{Input, Motor};
@@ -356,4 +357,66 @@ fn the_page_shows_nothing_of_a_controller_below_the_name_of_the_next_one() {
     program.read_exact(&mut [0; 24]).unwrap();
     let state = page.state(0, |state| state["link"]["name"] == "SECOND");
     assert_eq!((&state["watched"]["i2c"], &state["link"]["cycles"]), (&json!(null), &json!(0)));
+}
+
+/// Passes the first connection on to one controller, and the second one to another.
+fn pass_on_to_both(controllers: [SocketAddr; 2]) -> SocketAddr {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    thread::spawn(move || {
+        let pass_on = |mut from: TcpStream, mut to: TcpStream| {
+            thread::spawn(move || {
+                let _ = std::io::copy(&mut from, &mut to);
+                let _ = to.shutdown(Shutdown::Write);
+            });
+        };
+        for controller in controllers {
+            let (program, _) = listener.accept().unwrap();
+            let controller = TcpStream::connect(controller).unwrap();
+            pass_on(program.try_clone().unwrap(), controller.try_clone().unwrap());
+            pass_on(controller, program);
+        }
+    });
+    address
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn what_becomes_of_a_program_that_another_one_displaces_is_told_as_its_own() {
+    let both = [(); 2].map(|()| SimulatedTxt::builder().start().unwrap());
+    let address = pass_on_to_both([both[0].address(), both[1].address()]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let options = ["--json", "--no-page", "--record", path.to_str().unwrap()];
+    let mut command = command(address, &options);
+    let running = Running::start(command.stderr(Stdio::piped()));
+    let port = listening(&running.line());
+    let mut first = KitClient::online(([127, 0, 0, 1], port).into());
+    first.exchange([1; 8]);
+    let mut second = KitClient::online(([127, 0, 0, 1], port).into());
+    second.exchange([2; 8]);
+    drop(first);
+    loop {
+        let line: Value = serde_json::from_str(&running.line()).unwrap();
+        if line["what"] == "outputs_off" {
+            assert_eq!(line["connection_number"], 1, "{line}");
+            break;
+        }
+    }
+    second.exchange([3; 8]);
+    second.end();
+    running.signal("INT");
+    let said = running.end();
+    let said = String::from_utf8_lossy(&said.stderr);
+    assert!(
+        said.contains("another connection (1): the program has closed its connection"),
+        "{said}"
+    );
+    let transfers = transfers(&path);
+    let [Transfer::Began { .. }, Transfer::EndedBy(failure), Transfer::Began { .. }, Transfer::Ended] =
+        &transfers[..]
+    else {
+        panic!("{transfers:?}")
+    };
+    assert_eq!(failure.error, "a program on another connection went online");
 }
