@@ -91,18 +91,24 @@ impl OwnFiles {
         let mut own = Self::default();
         for source in sources {
             let text = read::file(source).map_err(|error| (source.to_owned(), error))?;
-            own.add(source, text, folders);
+            let mut rest = own.add(source.to_owned(), text, folders);
+            while let Some(file) = rest.pop() {
+                if own.files.contains_key(&file) {
+                    continue;
+                }
+                // A header that can't be read is the compiler's to complain about.
+                if let Ok(text) = read::file(&file) {
+                    rest.extend(own.add(file, text, folders));
+                }
+            }
         }
         Ok(own)
     }
 
-    fn add(&mut self, file: &Path, text: Vec<u8>, folders: &Folders) {
-        if self.files.contains_key(file) {
-            return;
-        }
-        // So a header that includes itself is read once.
-        self.files.insert(file.to_owned(), OwnFile::default());
+    /// Returns which files this one includes that are not known yet.
+    fn add(&mut self, file: PathBuf, text: Vec<u8>, folders: &Folders) -> Vec<PathBuf> {
         let mut includes = Vec::new();
+        let mut included = Vec::new();
         let code = without_comments(&text);
         for (written, place, is_quoted) in includes_of(&code) {
             let beside = if is_quoted { file.parent() } else { None };
@@ -110,13 +116,12 @@ impl OwnFiles {
             let include = Include { written, place, found };
             // A kit's header means the same whatever the copy beside the program says.
             let followed = include.own().filter(|_| !headers::is_of_a_kit(&include.name()));
-            // A header that can't be read is the compiler's to complain about.
-            if let Some((own, Ok(text))) = followed.map(|own| (own, read::file(&own.file))) {
-                self.add(&own.file, text, folders);
-            }
+            let unknown = followed.filter(|own| !self.files.contains_key(&own.file));
+            included.extend(unknown.map(|own| own.file.clone()));
             includes.push(include);
         }
-        self.files.insert(file.to_owned(), OwnFile { text, code, includes });
+        self.files.insert(file, OwnFile { text, code, includes });
+        included
     }
 
     /// The names of all headers that a source includes, directly or not.
@@ -419,6 +424,20 @@ pub(crate) mod tests {
         let names: Vec<&str> = found.iter().map(|(name, ..)| name.as_str()).collect();
         assert_eq!(names, ["a.h", "b.h", "dir//*c.h", "d.h"]);
         assert!(found.iter().all(|(name, place, _)| text[place.clone()].contains(name)));
+    }
+
+    #[test]
+    fn headers_may_include_each_other_however_deep() {
+        const DEPTH: usize = 5000;
+        let folder = tempfile::tempdir().unwrap();
+        let sources: Vec<_> = (0..DEPTH)
+            .map(|number| {
+                let text = format!("#include \"{}.h\"\n#include \"0.h\"\n", number + 1);
+                write(folder.path(), &format!("{number}.h"), &text)
+            })
+            .collect();
+        let own = OwnFiles::read([&*sources[0]].into_iter(), &Folders::default()).unwrap();
+        assert!(own.files.keys().eq(&BTreeSet::from_iter(sources)));
     }
 
     #[test]
