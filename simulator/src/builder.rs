@@ -3,6 +3,7 @@
 use std::fmt;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr};
+use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
@@ -438,7 +439,9 @@ fn spawn(
     let subject = subject.clone();
     thread::Builder::new().name(String::from(name)).spawn(move || {
         journal::set_subject(subject);
-        run();
+        if catch_unwind(AssertUnwindSafe(run)).is_err() {
+            notice!(Error, "a thread of the simulated TXT panicked, perhaps in its script");
+        }
     })
 }
 

@@ -1,5 +1,6 @@
 //! Several simulated TXTs whose worlds share workpieces.
 
+use std::time::Instant;
 use std::{fmt, io};
 
 use ft_transfer_area::IoError;
@@ -7,7 +8,7 @@ use ft_transfer_area::IoError;
 use crate::builder::SimulatedTxtBuilder;
 use crate::error::Error;
 use crate::world::Factory;
-use crate::SimulatedTxt;
+use crate::{SimulatedTxt, END_LIMIT};
 
 /// How many ports each simulated TXT has.
 const PORTS: u16 = 3;
@@ -36,6 +37,14 @@ const MAIN_PORT_MAX: i64 = (u16::MAX - (PORTS - 1)) as i64;
 #[derive(Debug)]
 pub struct SimulatedFactory {
     txts: Vec<(String, SimulatedTxt)>,
+}
+
+impl Drop for SimulatedFactory {
+    fn drop(&mut self) {
+        self.txts.iter().for_each(|(_, txt)| txt.shared.stop());
+        let deadline = Instant::now() + END_LIMIT;
+        self.txts.iter_mut().for_each(|(_, txt)| txt.wait_for_end(deadline));
+    }
 }
 
 impl SimulatedFactory {
@@ -82,8 +91,8 @@ impl SimulatedFactory {
     }
 
     /// The simulated TXTs, with the names of their controllers, one by one.
-    pub fn into_txts(self) -> Vec<(String, SimulatedTxt)> {
-        self.txts
+    pub fn into_txts(mut self) -> Vec<(String, SimulatedTxt)> {
+        std::mem::take(&mut self.txts)
     }
 
     /// The simulated TXTs with the names of their controllers, in order.

@@ -133,8 +133,8 @@ pub mod world;
 use std::fmt;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::thread::JoinHandle;
-use std::time::Duration;
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
 
 pub use builder::SimulatedTxtBuilder;
 pub use camera::CameraConnection;
@@ -149,7 +149,8 @@ use server::shared::Shared;
 /// A simulated TXT, listening on 127.0.0.1 until it is dropped.
 ///
 /// Dropping it closes the connections and waits for its threads. They end at once, except that a running
-/// [script](SimulatedTxtBuilder::on_exchange) and the encoder of a camera picture are waited for.
+/// [script](SimulatedTxtBuilder::on_exchange), the encoder of a camera picture and a logger that blocks are waited for:
+/// 1 s in all, also of all in a [`SimulatedFactory`]. After that they end by themselves.
 ///
 /// It has three threads, one for each port. A thread that has nothing to do sleeps until something comes or is
 /// due. So hundreds of simulated TXTs can be in one program; each needs about 10 open files on Linux.
@@ -205,16 +206,29 @@ impl SimulatedTxt {
     }
 }
 
+/// How long a drop waits for threads.
+const END_LIMIT: Duration = Duration::from_secs(1);
+
+impl SimulatedTxt {
+    /// Waits for its threads, which were told to end.
+    fn wait_for_end(&mut self, deadline: Instant) {
+        const LOOK: Duration = Duration::from_micros(500);
+        for thread in self.threads.drain(..) {
+            while !thread.is_finished() && Instant::now() < deadline {
+                thread::sleep(LOOK);
+            }
+            if thread.is_finished() {
+                // It has logged a panic itself.
+                let _ = thread.join();
+            }
+        }
+    }
+}
+
 impl Drop for SimulatedTxt {
     fn drop(&mut self) {
         self.shared.stop();
-        for thread in self.threads.drain(..) {
-            if thread.join().is_err() {
-                self.shared.log_error(format_args!(
-                    "a thread of the simulated TXT panicked, perhaps in its script"
-                ));
-            }
-        }
+        self.wait_for_end(Instant::now() + END_LIMIT);
     }
 }
 

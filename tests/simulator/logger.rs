@@ -104,4 +104,20 @@ fn a_blocked_logger_stops_no_other_thread() {
         LOGGER.wait_until_blocked();
         client.exchange(&ExchangeData::default());
     });
+    // Nor the end of a simulated TXT.
+    let txt = unpaced().start().unwrap();
+    let mut client = Client::online(&txt);
+    let unblock = Unblock;
+    client.send_exchange(&ExchangeData {
+        duty: [1234, 0, 0, 0, 0, 0, 0, 0],
+        ..ExchangeData::default()
+    });
+    LOGGER.wait_until_blocked();
+    let (sender, dropped) = mpsc::channel();
+    thread::spawn(move || {
+        drop(txt);
+        sender.send(())
+    });
+    assert_eq!(dropped.recv_timeout(LIMIT), Ok(()), "the drop waits");
+    drop(unblock);
 }
