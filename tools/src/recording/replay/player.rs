@@ -487,7 +487,12 @@ fn keep(ahead: &mut VecDeque<Entry>, entry: Entry) {
     let is_picture = |entry: &Entry| matches!(entry.what, Recorded::Picture(_));
     match entry.what {
         Recorded::Event(_) | Recorded::Statistics(_) | Recorded::Missing => return,
-        Recorded::Picture(_) => ahead.retain(|one| !is_picture(one)),
+        // There is one at most. Looked for from behind, only what came since then is passed over.
+        Recorded::Picture(_) => {
+            if let Some(before) = ahead.iter().rposition(is_picture) {
+                ahead.remove(before);
+            }
+        }
         _ => {}
     }
     ahead.push_back(entry);
