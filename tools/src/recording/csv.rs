@@ -9,6 +9,7 @@ use std::time::Duration;
 use anyhow::Context;
 use ft_transfer_area_recorder::{Column, Recorded, Recording};
 
+use super::answering::Teller;
 use super::clock::Clock;
 use super::ensure_is_another;
 use super::in_parts::ensure_is_one;
@@ -56,7 +57,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         recording.rewind()?;
     }
     let part = args.part.of(&mut recording, &args.file)?;
-    let table = Table { columns, names, part };
+    let table = Table { columns, names, part, file: args.file.clone() };
     let done = match &args.output {
         Some(path) => {
             let file = File::create(path).map_err(Failure::Write);
@@ -99,6 +100,8 @@ struct Table {
     columns: Vec<Column>,
     names: Names,
     part: Range<Duration>,
+    /// For sentences.
+    file: PathBuf,
 }
 
 impl Table {
@@ -110,9 +113,17 @@ impl Table {
         table.write_record(heads.chain(["local_time".to_owned()]))?;
         let clock = Clock::of(recording.started());
         let progress = progress("writes");
+        let mut teller = Teller::default();
         for entry in recording.by_ref() {
             let entry = entry.map_err(Failure::Read)?;
-            let Recorded::Cycle(cycle) = entry.what else { continue };
+            let cycle = match entry.what {
+                Recorded::Cycle(cycle) => cycle,
+                Recorded::Transfer(transfer) => {
+                    teller.take(&transfer, entry.at, &self.file);
+                    continue;
+                }
+                _ => continue,
+            };
             if entry.at > self.part.end {
                 break;
             }

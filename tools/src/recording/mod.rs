@@ -1,5 +1,6 @@
 //! Recordings: written, read, drawn, replayed.
 
+mod answering;
 mod clock;
 pub(crate) mod compare;
 pub(crate) mod csv;

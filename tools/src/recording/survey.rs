@@ -11,6 +11,7 @@ use ft_transfer_area_recorder::{Column, Cycle, Error, Place, Recorded, Recording
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+use super::answering::{known, Answering, Controller};
 use super::clock::Clock;
 use super::unusual::{Kind, Moment, Unusual, LISTED};
 use super::whole::Transfers;
@@ -21,8 +22,6 @@ const EVENT_KINDS: usize = 100;
 const OTHER_EVENTS: &str = "others";
 /// How many later controllers are listed.
 pub(super) const LISTED_CONTROLLERS: usize = 10;
-
-const UNKNOWN: &str = "unknown";
 
 /// What is in a recording.
 #[derive(Debug, Default, Serialize)]
@@ -44,9 +43,8 @@ pub(crate) struct Survey {
     /// The first of those that have answered later, by name, firmware and address, and how many there were.
     pub(crate) later_controllers: Vec<Later>,
     pub(crate) controller_changes: usize,
-    /// Name, firmware and address of the last one.
     #[serde(skip)]
-    pub(super) last_controller: [String; 3],
+    pub(super) answering: Answering,
     /// Of the first controller.
     pub(crate) address: String,
     pub(crate) areas: usize,
@@ -108,10 +106,6 @@ impl Later {
     pub(crate) fn controller(&self) -> [&str; 2] {
         known(&self.device_name, &self.firmware)
     }
-}
-
-fn known<'a>(device_name: &'a str, firmware: &'a str) -> [&'a str; 2] {
-    [device_name, firmware].map(|reported| if reported.is_empty() { UNKNOWN } else { reported })
 }
 
 impl Survey {
@@ -225,17 +219,10 @@ impl Survey {
         *total += cycle.since_last;
     }
 
-    /// A controller with this name and firmware answers, perhaps at another address. The first two are empty if it was
-    /// not asked.
-    fn answers(&mut self, device_name: &str, firmware: &str, address: Option<&str>, at: Duration) {
-        let address = address.unwrap_or(&self.last_controller[2]);
-        let now = [device_name, firmware, address].map(str::to_owned);
-        if now == self.last_controller {
-            return;
-        }
-        let before = mem::replace(&mut self.last_controller, now.clone());
-        let [device_name, firmware, address] = now;
-        if before.iter().all(String::is_empty) {
+    /// This controller answers.
+    fn answers(&mut self, now: Controller, before: &Controller, at: Duration) {
+        let Controller { device_name, firmware, address } = now;
+        if *before == Controller::default() {
             (self.device_name, self.firmware, self.address) = (device_name, firmware, address);
             return;
         }
@@ -247,24 +234,18 @@ impl Survey {
     }
 
     pub(super) fn note(&mut self, transfer: &Transfer, at: Duration) {
+        if let Some((now, before)) = self.answering.take(transfer) {
+            let now = now.clone();
+            self.answers(now, &before, at);
+        }
         match transfer {
-            Transfer::Began { device_name, firmware, address, .. } => {
-                self.answers(device_name, firmware, Some(address), at);
-            }
             Transfer::Lost(_) => (self.gaps, self.in_gap) = (self.gaps + 1, true),
             Transfer::NotRecorded { entries } => {
                 self.lost += entries;
                 self.in_gap = false;
             }
-            Transfer::Restored { after_ms, device_name, firmware, address } => {
-                // Older files have no names there, or no address.
-                if !device_name.is_empty() {
-                    let address = Some(&**address).filter(|address| !address.is_empty());
-                    self.answers(device_name, firmware, address, at);
-                }
-                if mem::take(&mut self.in_gap) {
-                    self.end_gap(*after_ms);
-                }
+            Transfer::Restored { after_ms, .. } if mem::take(&mut self.in_gap) => {
+                self.end_gap(*after_ms);
             }
             _ => {}
         }
@@ -333,7 +314,8 @@ mod tests {
         let mut survey = Survey::default();
         for number in 0..1000 {
             let name = if number % 2 == 0 { "FIRST" } else { "SECOND" };
-            survey.answers(name, "4.7.0", Some("127.0.0.1:65000"), Duration::ZERO);
+            let transfer = json!({"what": "began", "device_name": name, "firmware": "4.7.0", "address": "127.0.0.1", "areas": 1});
+            survey.note(&serde_json::from_value(transfer).unwrap(), Duration::ZERO);
         }
         assert_eq!((&*survey.device_name, survey.controller_changes), ("FIRST", 999));
         assert_eq!(survey.later_controllers.len(), LISTED_CONTROLLERS);

@@ -328,6 +328,13 @@ fn page_and_recording_have_the_controller_that_each_program_itself_was_told() {
     });
     assert_eq!(names.collect::<Vec<_>>(), ["FIRST", "", "SECOND"]);
 
+    // They do not show who answers.
+    for command in ["csv", "compare"] {
+        let files = [path.to_str().unwrap(); 2];
+        let files = if command == "csv" { &files[..1] } else { &files };
+        let said = String::from_utf8(run(&[&[command], files].concat()).stderr).unwrap();
+        assert!(said.contains("firmware unknown, has answered in place of FIRST"), "{said}");
+    }
     let info = String::from_utf8(run(&["info", path.to_str().unwrap()]).stdout).unwrap();
     let mut lines = info.lines();
     let begins = format!("controller   FIRST at {address}, ");

@@ -5,12 +5,14 @@ use std::time::Duration;
 
 use ft_transfer_area_recorder::{Cycle, Error, Recorded, Recording, Transfer};
 
+use super::super::answering::Teller;
 use super::super::whole::{say_what_is_missing, Transfers};
 
 pub(super) struct Side {
     pub(super) path: PathBuf,
     recording: Recording,
     transfers: Transfers,
+    teller: Teller,
     /// When its first cycle was.
     begin: Option<Duration>,
     /// Whether something is missing since the last cycle, also before the end of its transfer.
@@ -41,6 +43,7 @@ impl Side {
             path: path.to_owned(),
             recording,
             transfers: Transfers::default(),
+            teller: Teller::default(),
             begin: None,
             misses: false,
             next: None,
@@ -66,6 +69,9 @@ impl Side {
     pub(super) fn peek(&mut self) -> Result<Option<&Step>, Error> {
         while self.next.is_none() {
             let Some(entry) = self.recording.next().transpose()? else { break };
+            if let Recorded::Transfer(transfer) = &entry.what {
+                self.teller.take(transfer, entry.at, &self.path);
+            }
             match entry.what {
                 Recorded::Transfer(Transfer::Began { .. }) => self.transfers.begin(),
                 Recorded::Missing | Recorded::Transfer(Transfer::NotRecorded { .. }) => {

@@ -1,0 +1,78 @@
+//! Which controller answers in a recording.
+
+use std::path::Path;
+use std::time::Duration;
+
+use ft_transfer_area_recorder::Transfer;
+
+use crate::print;
+
+const UNKNOWN: &str = "unknown";
+
+/// A controller as it was reported. All is empty while none was, name and firmware when the program has not asked.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Controller {
+    pub(super) device_name: String,
+    pub(super) firmware: String,
+    pub(super) address: String,
+}
+
+/// Follows the transfers of a recording.
+#[derive(Debug, Default)]
+pub(super) struct Answering {
+    now: Controller,
+}
+
+impl Answering {
+    /// The controller that answers from this on, if it is the first or another one than before, and that one.
+    pub(super) fn take(&mut self, transfer: &Transfer) -> Option<(&Controller, Controller)> {
+        let (device_name, firmware, address) = match transfer {
+            Transfer::Began { device_name, firmware, address, .. } => {
+                (device_name, firmware, address)
+            }
+            // Older files have no names there, or no address.
+            Transfer::Restored { device_name, firmware, address, .. }
+                if !device_name.is_empty() =>
+            {
+                let address = if address.is_empty() { &self.now.address } else { address };
+                (device_name, firmware, address)
+            }
+            _ => return None,
+        };
+        let [device_name, firmware, address] =
+            [device_name, firmware, address].map(String::to_owned);
+        let new = Controller { device_name, firmware, address };
+        (new != self.now).then(|| {
+            let before = std::mem::replace(&mut self.now, new);
+            (&self.now, before)
+        })
+    }
+}
+
+/// Says on stderr once that not all in a recording is of one controller.
+#[derive(Debug, Default)]
+pub(super) struct Teller {
+    answering: Answering,
+    has_told: bool,
+}
+
+impl Teller {
+    pub(super) fn take(&mut self, transfer: &Transfer, at: Duration, file: &Path) {
+        let Some((now, before)) = self.answering.take(transfer) else { return };
+        if before == Controller::default() || std::mem::replace(&mut self.has_told, true) {
+            return;
+        }
+        let [[name, firmware], [before, _]] =
+            [now, &before].map(|it| known(&it.device_name, &it.firmware));
+        let (file, at, address) = (file.display(), at.as_secs_f64(), &now.address);
+        let text = format!(
+            "{file}: from {at:.2} s on {name} at {address}, firmware {firmware}, has answered in place of {before}"
+        );
+        eprintln!("{}", print::clean(&text));
+    }
+}
+
+/// Name and firmware, for people.
+pub(super) fn known<'a>(device_name: &'a str, firmware: &'a str) -> [&'a str; 2] {
+    [device_name, firmware].map(|reported| if reported.is_empty() { UNKNOWN } else { reported })
+}
