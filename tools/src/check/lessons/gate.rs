@@ -97,18 +97,11 @@ fn start_closing(stage: &mut Stage) -> Check {
 /// Presses the stop button for a moment: the gate stops, and stays where it is.
 fn stop(stage: &mut Stage) -> Check {
     stage.tap(I5)?;
-    stage.soon(|now| now.motor(M1) == 0, |_| {
-        Wrong::new(
-            "I5 was pressed, but the gate keeps moving.",
-            "I5 wurde gedrückt, aber das Tor fährt weiter.",
-        )
-        .hint(
-            "check I5 before anything else, in each round and in each state. A program that sleeps or waits for \
-             something else does not see it.",
-            "Frage I5 vor allem anderen ab, in jeder Runde und in jedem Zustand. Wer schläft oder auf etwas \
-             anderes wartet, sieht den Taster nicht.",
-        )
-    })?;
+    let stopped = stage.soon(|now| now.motor(M1) == 0, |_| keeps_moving())?;
+    // There its end switch has stopped it.
+    if stopped.way(M1) <= CLOSED || stopped.way(M1) >= OPEN {
+        return Err(keeps_moving());
+    }
     stage.stays(
         4 * A_WHILE,
         |now| now.motor(M1) == 0,
@@ -122,6 +115,19 @@ fn stop(stage: &mut Stage) -> Check {
                 "Der Stopp ist ein eigener Zustand. Nur I3 führt wieder heraus.",
             )
         },
+    )
+}
+
+fn keeps_moving() -> Wrong {
+    Wrong::new(
+        "I5 was pressed, but the gate keeps moving.",
+        "I5 wurde gedrückt, aber das Tor fährt weiter.",
+    )
+    .hint(
+        "check I5 before anything else, in each round and in each state. A program that sleeps or waits for something \
+         else does not see it.",
+        "Frage I5 vor allem anderen ab, in jeder Runde und in jedem Zustand. Wer schläft oder auf etwas anderes wartet, \
+         sieht den Taster nicht.",
     )
 }
 
