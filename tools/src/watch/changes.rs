@@ -39,6 +39,8 @@ pub(super) struct Changes {
     seen: HashMap<u64, Vec<Vec<Printed>>>,
     /// How many were left out since the last line.
     lost: u64,
+    /// There was no room for a line of this cycle, and no others are tried.
+    is_full: bool,
     /// Ends when all is printed.
     printed: Receiver<()>,
 }
@@ -48,6 +50,8 @@ struct Printed {
     value: Value,
     /// With its cycle. Otherwise the controller may never have had it.
     is_answered: bool,
+    /// Otherwise it has to be printed again.
+    had_room: bool,
 }
 
 /// The outputs of a pair, and the command that is carried out.
@@ -80,7 +84,15 @@ impl Changes {
     }
 
     fn new(lines: Put<String>, names: Names, printed: Receiver<()>) -> Self {
-        Self { lines, begin: Instant::now(), names, seen: HashMap::new(), lost: 0, printed }
+        Self {
+            lines,
+            begin: Instant::now(),
+            names,
+            seen: HashMap::new(),
+            lost: 0,
+            is_full: false,
+            printed,
+        }
     }
 
     /// Says where the program has to connect to.
@@ -99,6 +111,7 @@ impl Changes {
     }
 
     pub(super) fn take(&mut self, seen: &Seen) {
+        self.is_full = false;
         let line = seen.line.name();
         let value = match &seen.what {
             Happened::Cycle(cycle) => return self.areas(seen, &cycle.areas, Some(cycle.number)),
@@ -170,17 +183,35 @@ impl Changes {
                 values.insert(0, json!({"controller": name(index), "alive": is_there}));
             }
             let mut before = std::mem::take(last).into_iter();
-            let print = |value| {
-                let known = before.next().filter(|known| known.says(&value, cycle.is_some()));
-                known.unwrap_or_else(|| self.print(seen, index, value, cycle))
+            let print = |value| match before.next() {
+                Some(known) if known.says(&value, cycle.is_some()) => match known.had_room {
+                    true => known,
+                    // It was counted when it had no room.
+                    false => self.print(seen, index, value, cycle, 0),
+                },
+                _ => self.print(seen, index, value, cycle, 1),
             };
             *last = values.into_iter().map(print).collect();
         }
         self.seen.insert(seen.connection, last);
     }
 
-    /// Prints a value with the number of its cycle, or says that it has none.
-    fn print(&mut self, seen: &Seen, area: usize, value: Value, cycle: Option<u64>) -> Printed {
+    /// Prints a value with the number of its cycle, or says that it has none. Without room so many more are lost.
+    fn print(
+        &mut self,
+        seen: &Seen,
+        area: usize,
+        value: Value,
+        cycle: Option<u64>,
+        lost: u64,
+    ) -> Printed {
+        let had_room = !self.is_full && self.try_put(seen, self.line(area, &value, cycle));
+        self.lost += if had_room { 0 } else { lost };
+        Printed { value, is_answered: cycle.is_some(), had_room }
+    }
+
+    /// The line of a value.
+    fn line(&self, area: usize, value: &Value, cycle: Option<u64>) -> Value {
         let mut line = value.clone();
         let terminal = TERMINALS.iter().find_map(|kind| value[kind].as_str());
         if let Some(name) = terminal.and_then(|terminal| self.names.of(area, terminal)) {
@@ -190,12 +221,16 @@ impl Changes {
             Some(number) => line["cycle"] = json!(number),
             None => line["answered"] = json!(false),
         }
-        self.put(seen, line);
-        Printed { value, is_answered: cycle.is_some() }
+        line
     }
 
-    /// Prints a line, if there is room for it.
+    /// Prints a line. Without room it is lost.
     fn put(&mut self, seen: &Seen, value: Value) {
+        self.lost += u64::from(!self.try_put(seen, value));
+    }
+
+    /// Prints a line, if there is room for it, with how many are lost before it.
+    fn try_put(&mut self, seen: &Seen, value: Value) -> bool {
         let ms = seen.at.saturating_duration_since(self.begin).as_micros() as f64 / 1e3;
         let mut line = Map::from_iter([("ms".to_owned(), json!(ms))]);
         line.insert("connection_number".to_owned(), json!(seen.connection));
@@ -207,7 +242,11 @@ impl Changes {
         }
         let line = print::json_line(&Value::Object(line));
         let bytes = line.capacity();
-        self.lost = if self.lines.put(line, bytes) { 0 } else { self.lost + 1 };
+        self.is_full = !self.lines.put(line, bytes);
+        if !self.is_full {
+            self.lost = 0;
+        }
+        !self.is_full
     }
 }
 
@@ -300,6 +339,34 @@ mod tests {
             (&next["lost"], &next["connection_number"]),
             (&json!(20 - lines.len()), &json!(3))
         );
+    }
+
+    #[test]
+    fn a_value_without_room_is_told_when_there_is_room() {
+        let (put, take) = queue(60_000);
+        let mut changes = Changes::new(put, Names::default(), bounded(0).1);
+        let mut cycle = |number, duty| {
+            let mut area = FishX1Transfer::default();
+            area.output.duty = [duty; 8].into();
+            let (since_last, answer, config_updates, areas) = (None, None, 0, vec![area]);
+            let cycle = Cycle { number, since_last, answer, config_updates, areas };
+            let (at, line, what) = (Instant::now(), Line::Main, Happened::Cycle(Box::new(cycle)));
+            changes.take(&Seen { at, line, connection: 1, what });
+        };
+        // Until there is no room, and then often enough that each value was tried again.
+        (1..200).for_each(|number| cycle(number, number as i16));
+        (200..210).for_each(|number| cycle(number, 512));
+        let lines = || std::iter::from_fn(|| take.next()).map(|line| serde_json::from_str(&line));
+        let before: Vec<Value> = lines().collect::<Result<_, _>>().unwrap();
+        assert!(before.iter().all(|line| line["duty"] != json!([512, 512])));
+        cycle(210, 512);
+        let after: Vec<Value> = lines().collect::<Result<_, _>>().unwrap();
+        let motors: Vec<_> =
+            after.iter().map(|line| json!([line["motor"], line["duty"]])).collect();
+        assert_eq!(motors, [1, 2, 3, 4].map(|number| json!([format!("M{number}"), [512, 512]])));
+        // Each of four motors had a line in 200 cycles, and is lost once for each that is missing.
+        let told = before.iter().filter(|line| line["motor"].is_string()).count();
+        assert_eq!(after[0]["lost"], json!(4 * 200 - told));
     }
 
     #[test]
