@@ -71,7 +71,7 @@ impl Buffer {
         }
         if let Some(error) = wrong {
             let why = format!("no frame of the camera was a picture for {limit:?}: {error:#}");
-            report::failure_in_loop(why);
+            report::failure(why);
         }
         None
     }

@@ -106,7 +106,7 @@ fn start() -> u32 {
         match result {
             Ok(()) => NONE,
             Err(error) => {
-                report::failure_in_loop(&error);
+                report::failure(&error);
                 THREAD_NOT_STARTABLE
             }
         }
@@ -213,7 +213,7 @@ pub extern "C" fn InitI2C() -> u32 {
                 NONE
             }
             Err(error) => {
-                report::failure_in_loop(format_args!("{error:#}"));
+                report::failure(format_args!("{error:#}"));
                 I2C_OPEN
             }
         }
@@ -282,7 +282,7 @@ fn transfer(device: u8, write: &[u8], read: &mut [u8]) -> Result<(), u32> {
             .i2c()
             .and_then(|first| client.insert(first).write_read(device, write, read)),
         (Some(_), None) | (None, _) => {
-            report::failure_in_loop("I2C begins with InitI2C or the first start, and ends with StopTxtDownloadProg or a start that fails");
+            report::failure("I2C begins with InitI2C or the first start, and ends with StopTxtDownloadProg or a start that fails");
             return Err(other);
         }
     };
@@ -292,7 +292,7 @@ fn transfer(device: u8, write: &[u8], read: &mut [u8]) -> Result<(), u32> {
         Err(Error::I2cNoDevice { .. }) => Err(I2C_COMMUNICATION),
         Err(_) if device > I2C_DEVICE_MAX => Err(I2C_COMMUNICATION),
         Err(error) => {
-            report::failure_in_loop(format_args!("{error:#}"));
+            report::failure(format_args!("{error:#}"));
             Err(other)
         }
     }

@@ -15,6 +15,7 @@ use ft_transfer_area::transfer_area::{
 use ft_transfer_area::FirmwareVersion;
 
 use crate::memory::{Area, AreaArray, Places, AREAS};
+use crate::report;
 use crate::supply::Supply;
 use commands::{ContinuedId, MotorCommand};
 use marks::Marks;
@@ -454,9 +455,9 @@ fn on_txt(index: usize, input: UniConfig) -> UniConfig {
         Some(InputMode::Ultrasonic) => UniConfig::analog(InputMode::Ultrasonic),
         _ => {
             let (number, mode) = (index + 1, input.mode);
-            log::warn!(
+            report::warning(format_args!(
                 "I{number} measures a voltage, because a program on a TXT can't use the mode {mode}"
-            );
+            ));
             UniConfig::analog(InputMode::Voltage)
         }
     }

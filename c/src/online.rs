@@ -15,7 +15,7 @@ use std::time::{Duration, SystemTime};
 
 use parking_lot::Mutex;
 
-use crate::host;
+use crate::{host, report};
 
 /// The environment variable with the folder.
 const VARIABLE: &str = "FT_TXT_TRANSFERS";
@@ -78,7 +78,9 @@ impl Online {
         let note = folder.and_then(|folder| match Note::new(folder, host) {
             Ok(note) => Some(note),
             Err(error) => {
-                log::warn!("tx_run can't stop the motors if this program is killed: {error:#}");
+                report::warning(format_args!(
+                    "tx_run can't stop the motors if this program is killed: {error:#}"
+                ));
                 None
             }
         });
@@ -266,9 +268,9 @@ fn mark(process: u32, path: &Path) -> io::Result<u32> {
     drop(opened);
     let byte = new_byte(process);
     let held = hold_mark(&file, byte).inspect_err(|error| {
-        log::warn!(
+        report::warning(format_args!(
             "tx_run stops what a process of this program leaves only at the end of the whole program: {error:#}"
-        );
+        ));
     });
     let byte = held.map_or(0, |()| byte);
     let place = place_of(&file);

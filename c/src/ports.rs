@@ -19,7 +19,7 @@ use std::time::Duration;
 use ft_transfer_area::{find_controllers, ConnectionKind, SearchOptions};
 
 use crate::port_entries::entries;
-use crate::{host, online, text_file};
+use crate::{host, online, report, text_file};
 
 /// The file with COM ports.
 const FILE: &str = "ft_txt_ports";
@@ -78,7 +78,9 @@ impl Ports {
             match read(&file) {
                 Ok(text) => ports.add(&file.display().to_string(), &text),
                 Err(error) if error.kind() == ErrorKind::NotFound => {}
-                Err(error) => log::warn!("{} can't be read: {error}", file.display()),
+                Err(error) => {
+                    report::warning(format_args!("{} can't be read: {error}", file.display()));
+                }
             }
         }
         ports
@@ -90,7 +92,9 @@ impl Ports {
             let parts = entry.split_once('=').map(|(name, host)| (number_of(name), host.trim()));
             match parts {
                 Some((Some(number), host)) if !host.is_empty() => self.add_port(number, host),
-                _ => log::warn!("{origin}: \"{entry}\" is not like COM4=192.168.7.2"),
+                _ => report::warning(format_args!(
+                    "{origin}: \"{entry}\" is not like COM4=192.168.7.2"
+                )),
             }
         }
     }

@@ -77,20 +77,24 @@ pub(crate) fn start() {
     }
 }
 
-/// Writes why a call has failed.
-pub(crate) fn failure(what: impl Display) {
-    start();
-    log::error!("{what}");
-}
-
-/// What calls have said that a program makes again and again.
+/// What calls have said. A program may make each of them again and again.
 static TOLD: LazyLock<Mutex<Repeated>> = LazyLock::new(Mutex::default);
 
-/// The same for a call that a program may make in a loop: at once, and then once a minute with its count.
-pub(crate) fn failure_in_loop(what: impl Display) {
+/// Writes why a call has failed: at once, and then once a minute with its count.
+pub(crate) fn failure(what: impl Display) {
+    write(Level::Error, what);
+}
+
+/// The same for what a call does otherwise than the program may expect.
+pub(crate) fn warning(what: impl Display) {
+    write(Level::Warn, what);
+}
+
+fn write(level: Level, what: impl Display) {
+    start();
     let line = TOLD.lock().line(&what.to_string(), Instant::now());
     if let Some(line) = line {
-        failure(line);
+        log::log!(level, "{line}");
     }
 }
 

@@ -100,11 +100,11 @@ fn replace(mut child: Child, host: &str, input: &Input) {
         match next {
             Ok(next) => child = next,
             Err(error) => {
-                log::warn!("the process that stops the motors when this one is killed has ended ({ended}), and no other one can be started ({error}): motors go on then");
+                log::warn!("the process that stops {host} when this one is killed has ended ({ended}), and no other one can be started ({error}): its motors go on then");
                 return;
             }
         }
-        log::warn!("the process that stops the motors when this one is killed has ended ({ended}); another one takes its place");
+        log::warn!("the process that stops {host} when this one is killed has ended ({ended}); another one takes its place");
     }
 }
 

@@ -12,7 +12,7 @@ use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use super::kinds::{Context, Event, EventCallback, Told};
 use crate::inside::{self, Programs};
-use crate::process;
+use crate::{process, report};
 
 /// How long is waited for a running callback when it is taken away, or its device closed.
 const WAIT_LIMIT: Duration = Duration::from_secs(1);
@@ -143,7 +143,9 @@ impl Callbacks {
             return;
         }
         if queue.waiting.len() >= WAITING {
-            log::error!("a callback does not return, so the program is not notified of an event");
+            report::failure(
+                "a callback does not return, so the program is not notified of an event",
+            );
             return;
         }
         queue.waiting.push_back((owner, call));

@@ -132,7 +132,7 @@ impl Device {
         *self.forgotten.lock() = Statistics::default();
         started.map_err(|error| {
             if !report::is_told_by_code(&error) {
-                report::failure_in_loop(format_args!("{}: {error:#}", self.host));
+                report::failure(format_args!("{}: {error:#}", self.host));
             }
             code_of(&error)
         })

@@ -94,7 +94,7 @@ impl Library {
             return Err(FTLIB_ERR_LIB_IS_INITIALIZED);
         }
         state.callbacks = Some(Callbacks::start().map_err(|error| {
-            log::error!("no thread for callbacks could be started: {error}");
+            report::failure(format_args!("no thread for callbacks could be started: {error}"));
             FTLIB_ERR_THREAD_NOT_STARTABLE
         })?);
         Ok(())
@@ -141,7 +141,7 @@ impl Library {
             self.replace(name.trim(), chosen)?;
         }
         let host = ports.host_of(name).ok_or_else(|| {
-            report::failure_in_loop(format_args!(
+            report::failure(format_args!(
                 "{name}: no controller is named for it; see FT_TXT_PORTS and FT_TXT_HOST"
             ));
             FTLIB_ERR_OPEN_COM
@@ -153,7 +153,7 @@ impl Library {
         let mut state = self.state.lock();
         state.opening.retain(|opening| *opening != host);
         let controller = controller.map_err(|error| {
-            report::failure_in_loop(format_args!("{name}: {error:#}"));
+            report::failure(format_args!("{name}: {error:#}"));
             FTLIB_ERR_OPEN_COM
         })?;
         // Also when the library was closed meanwhile.
@@ -177,10 +177,10 @@ impl Library {
         if host::is_same(first, name) {
             return Ok(());
         }
-        log::error!(
+        report::failure(format_args!(
             "{name}: tx_run has given the program one controller, {chosen}, which is {first} for it; for several start \
              tx_run without --host, --world and --show, and with FT_TXT_PORTS=\"COM4={first}, COM5={name}\""
-        );
+        ));
         Err(FTLIB_ERR_OPEN_COM)
     }
 

@@ -57,6 +57,12 @@ fn a_device_that_is_opened_in_a_loop_fails_with_one_sentence() {
     let ended = Run::start(command.arg(folder.path().join("loop.c"))).end();
     assert_eq!(ended.status, Some(3), "{ended:?}");
     assert_eq!(ended.err.matches("no controller was found").count(), 1, "{ended:?}");
+    // Nor does one that waits for its second one.
+    let first = LOOP.replace("for (", "ftxOpenComDevice(\"10.0.0.1\", 38400, &error);\n for (");
+    write(folder.path(), "loop.c", &first.replace("COM4", "10.0.0.2"));
+    let ended = Run::start(tx_run(&["--world", "none"]).arg(folder.path().join("loop.c"))).end();
+    assert_eq!(ended.status, Some(3), "{ended:?}");
+    assert_eq!(ended.err.matches("tx_run has given the program one controller").count(), 1);
 }
 
 #[test]
