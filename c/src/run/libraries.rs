@@ -128,48 +128,58 @@ pub(crate) fn folders(
             }
             None => {
                 let library = rest.iter().find_map(hidden_by);
-                let [file, folder] = [library.map(|it| &*it.file), rest.first().map(|it| &**it)]
-                    .map(|path| path.unwrap_or(Path::new("")).display());
-                return Err(other_library(file, folder));
+                let (file, folder) = (library.map(|it| &*it.file), rest.first());
+                let other = folder.zip(library).map(|(folder, it)| folder.join(&it.name));
+                let file = file.unwrap_or(Path::new("")).display();
+                return Err(other_library(file, other.unwrap_or_default().display()));
             }
         }
     }
     Ok(ordered)
 }
 
-fn other_library(file: impl Display, folder: impl Display) -> Sentence {
+fn other_library(file: impl Display, other: impl Display) -> Sentence {
     format!(
-        "the program would not get {file}, with which it is linked: {folder} has another library with the same name"
+        "the program would not get {file}, with which it is linked: {other} is another library with the same name"
     )
     .into()
 }
 
-/// Checks that the loader takes no other library than the linker from these folders, in which it looks first. They may hide
-/// one of the system.
-pub(crate) fn check(
-    program: &Path,
-    folders: &[PathBuf],
-    libraries: &[Library],
-) -> Result<(), Sentence> {
+/// Checks that the loader takes no other library than the linker, which has taken these and our own. It may find another
+/// one first, in a folder that is named or in ours.
+pub(crate) fn check(program: &Path, libraries: &[Library], own: &Path) -> Result<(), Sentence> {
     let Some(loader) = loader_of(program) else { return Ok(()) };
     let mut list = Command::new(loader);
     // Who sets these wants another one.
     list.arg("--list").arg(program).env_remove("LD_LIBRARY_PATH").env_remove("LD_PRELOAD");
     let said = signals::output_of(&mut list)?.stdout;
-    let places: Vec<_> =
-        folders.iter().filter_map(|folder| fs::canonicalize(folder).ok()).collect();
     for (name, file) in said.split(|byte| *byte == b'\n').filter_map(found) {
-        let in_ours = folder_of(&file).canonicalize().is_ok_and(|folder| places.contains(&folder));
         let place = fs::canonicalize(&file).ok();
-        let is_other = |it: &&Library| *it.name == *name && it.place() != place;
-        if let (true, Some(other)) = (in_ours, libraries.iter().find(is_other)) {
-            return Err(other_library(other.file.display(), folder_of(&file).display()));
+        let taken = libraries.iter().find(|it| *it.name == *name);
+        let is_right = match taken {
+            Some(taken) if taken.is_of_system() => is_in_system(&file) || taken.place() == place,
+            Some(taken) => taken.place() == place,
+            // Of our folder nothing else is meant.
+            None => {
+                *name == *own.file_name().unwrap_or_default()
+                    || is_in_system(&file)
+                    || !is_same(folder_of(&file), folder_of(own))
+            }
+        };
+        if !is_right {
+            let meant = taken.map_or(name, |taken| taken.file.clone());
+            return Err(other_library(meant.display(), file.display()));
         }
     }
     Ok(())
 }
 
-/// The name and the file in a line of the loader such as `libm.so.6 => /lib/libm.so.6 (0x7f4a)`.
+fn is_same(one: &Path, other: &Path) -> bool {
+    fs::canonicalize(one).is_ok_and(|one| fs::canonicalize(other).is_ok_and(|other| one == other))
+}
+
+/// The name and the file in a line of the loader such as `libm.so.6 => /lib/libm.so.6 (0x7f4a)`. One that is not found is
+/// told by the loader when the program starts.
 fn found(line: &[u8]) -> Option<(PathBuf, PathBuf)> {
     let [name, file] =
         [" => ", " (0x"].map(|it| line.windows(4).rposition(|part| part == it.as_bytes()));

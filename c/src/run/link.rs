@@ -48,10 +48,10 @@ pub(crate) fn link(
         command
     };
     let mut command = to_link();
-    let (mut folders, mut taken) = (Vec::new(), Vec::new());
+    let mut taken = Vec::new();
     if !cfg!(windows) {
         let beside = inputs.archives.iter().map(|archive| folder_of(archive).to_owned());
-        folders = options.library_folders.iter().cloned().chain(beside).collect();
+        let mut folders: Vec<_> = options.library_folders.iter().cloned().chain(beside).collect();
         let may_have_more = !(flags.is_empty() && libraries.is_empty() && folders.is_empty());
         if cfg!(target_os = "linux") && may_have_more {
             let said = signals::output_of(to_link().arg("-Wl,--trace"))?.stdout;
@@ -60,8 +60,7 @@ pub(crate) fn link(
         }
         // The own one has what the system puts there, too, when this program is installed. So those that were named come
         // first; the library itself is named by its path where the system keeps that.
-        folders.push(folder_of(library).to_owned());
-        for folder in &folders {
+        for folder in folders.iter().map(PathBuf::as_path).chain([folder_of(library)]) {
             // Behind `-Wl` a comma would be the end of the path.
             command.args(["-Xlinker", "-rpath", "-Xlinker"]).arg(std::path::absolute(folder)?);
         }
@@ -70,7 +69,7 @@ pub(crate) fn link(
     signals::check("the program was compiled")?;
     pass_on(&output.stderr);
     if output.status.success() {
-        return libraries::check(path, &folders, &taken);
+        return libraries::check(path, &taken, library);
     }
     let said = String::from_utf8_lossy(&output.stderr);
     let names: Vec<String> = libraries.iter().filter_map(|word| library_name(word)).collect();
