@@ -27,6 +27,7 @@ mod parts;
 mod reader;
 mod recorder;
 mod records;
+mod say;
 mod source;
 mod target;
 mod under_way;

@@ -6,7 +6,10 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use log::Level;
+
 use crate::file::{create_alone, hold};
+use crate::say::say;
 
 /// When a recording goes on in a new file, and how much of it is kept.
 ///
@@ -159,7 +162,9 @@ impl Files {
             match removed {
                 Ok(()) => {}
                 Err(error) if error.kind() == ErrorKind::NotFound => {}
-                Err(error) => log::warn!("{} can't be deleted: {error}", oldest.display()),
+                Err(error) => {
+                    say(Level::Warn, format!("{} can't be deleted: {error}", oldest.display()));
+                }
             }
         }
     }

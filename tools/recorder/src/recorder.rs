@@ -12,6 +12,7 @@ use ft_transfer_area::{
     CameraFrame, CycleLog, EventKind, Events, IoError, LogEntry, LoggedCycle, Statistics,
     TimedEvent, TransferAreaComHandler, TransferAreas,
 };
+use log::Level;
 use mcap::{McapError, McapResult};
 
 use crate::error::Error;
@@ -20,6 +21,7 @@ use crate::file;
 use crate::format::Transfer;
 use crate::history::Follow;
 use crate::parts::Parts;
+use crate::say::{self, say};
 use crate::target::Target;
 use crate::under_way::UnderWay;
 use crate::writer::Losses;
@@ -551,7 +553,8 @@ fn block_size_signal() {
         let mut signals = SigSet::empty();
         signals.add(Signal::SIGXFSZ);
         if let Err(error) = signals.thread_block() {
-            log::warn!("a limit for the size of files would end this program: {error}");
+            let text = format!("a limit for the size of files would end this program: {error}");
+            say(Level::Warn, text);
         }
     }
 }
@@ -617,10 +620,12 @@ impl Worker {
             Err(error) => {
                 let cause = cause(error);
                 let path = self.state.path();
-                log::error!("nothing more is recorded into {}: {cause}", path.display());
+                let text = format!("nothing more is recorded into {}: {cause}", path.display());
                 *self.state.failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(cause);
+                say(Level::Error, text);
             }
         }
+        say::finish();
     }
 
     /// Records until the recorder or the handler ends, then what has come in until then.
