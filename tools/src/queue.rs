@@ -40,7 +40,12 @@ impl<T> Put<T> {
         self.put_below(what, bytes, self.room)
     }
 
-    /// The same for what has less room.
+    /// How many bytes there is room for in all.
+    pub(crate) fn room(&self) -> usize {
+        self.room
+    }
+
+    /// Puts something in as [`put`](Self::put) does, with less room.
     pub(crate) fn put_below(&self, what: T, bytes: usize, room: usize) -> bool {
         let size = bytes + size_of::<Entry<T>>() + ENTRY;
         let used = self.used.fetch_add(size, Ordering::Relaxed);

@@ -163,7 +163,7 @@ fn start_camera(
 /// The controller that has answered last.
 fn controller_of(handler: &TransferAreaComHandler) -> String {
     let firmware = handler.version().map(|version| version.to_string()).unwrap_or_default();
-    format!("{}, firmware {firmware},", handler.device_name().unwrap_or_default())
+    format!("{}, firmware {firmware}", handler.device_name().unwrap_or_default())
 }
 
 /// Shows the progress until it is to end.
@@ -192,7 +192,7 @@ fn watch(
         }
         let now = controller_of(handler);
         if now != controller {
-            log::warn!("{now} answers now, in place of {controller}");
+            log::warn!("{now}, answers now, in place of {controller}");
             controller = now;
         }
         if !handler.areas().is_running() {

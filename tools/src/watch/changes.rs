@@ -24,6 +24,8 @@ use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
 /// How many bytes of lines may wait for their reader. A line may have hundreds of thousands.
 const ROOM: usize = 16 << 20;
+/// One part of so many is only for what happens to connections, which does not come again.
+const KEPT_OF: usize = 16;
 /// The keys of lines that have a terminal.
 const TERMINALS: [&str; 3] = ["input", "counter", "motor"];
 
@@ -242,7 +244,11 @@ impl Changes {
         }
         let line = print::json_line(&Value::Object(line));
         let bytes = line.capacity();
-        self.is_full = !self.lines.put(line, bytes);
+        let room = match is_of_connection(&seen.what) {
+            true => self.lines.room(),
+            false => self.lines.room() / KEPT_OF * (KEPT_OF - 1),
+        };
+        self.is_full = !self.lines.put_below(line, bytes, room);
         if !self.is_full {
             self.lost = 0;
         }
@@ -254,6 +260,29 @@ impl Printed {
     /// Whether there is nothing new in this value. That it was answered is new once.
     fn says(&self, value: &Value, is_answered: bool) -> bool {
         self.value == *value && (self.is_answered || !is_answered)
+    }
+}
+
+/// Whether this happens to a connection, and not on it.
+fn is_of_connection(what: &Happened) -> bool {
+    match what {
+        Happened::Connected(_)
+        | Happened::Refused(_)
+        | Happened::Closed
+        | Happened::Controller { .. }
+        | Happened::Online
+        | Happened::Halted { .. }
+        | Happened::Offline(_)
+        | Happened::NotUnderstood { .. }
+        | Happened::Missed => true,
+        Happened::Command(_)
+        | Happened::Cycle(_)
+        | Happened::Picture(_)
+        | Happened::I2c(_)
+        | Happened::Ignored { .. }
+        | Happened::Unknown(_)
+        | Happened::NoAnswer { .. }
+        | Happened::Unanswered(_) => false,
     }
 }
 
@@ -345,28 +374,33 @@ mod tests {
     fn a_value_without_room_is_told_when_there_is_room() {
         let (put, take) = queue(60_000);
         let mut changes = Changes::new(put, Names::default(), bounded(0).1);
-        let mut cycle = |number, duty| {
+        let cycle = |number, duty| {
             let mut area = FishX1Transfer::default();
             area.output.duty = [duty; 8].into();
             let (since_last, answer, config_updates, areas) = (None, None, 0, vec![area]);
             let cycle = Cycle { number, since_last, answer, config_updates, areas };
             let (at, line, what) = (Instant::now(), Line::Main, Happened::Cycle(Box::new(cycle)));
-            changes.take(&Seen { at, line, connection: 1, what });
+            Seen { at, line, connection: 1, what }
         };
         // Until there is no room, and then often enough that each value was tried again.
-        (1..200).for_each(|number| cycle(number, number as i16));
-        (200..210).for_each(|number| cycle(number, 512));
+        (1..200).for_each(|number| changes.take(&cycle(number, number as i16)));
+        (200..210).for_each(|number| changes.take(&cycle(number, 512)));
+        let (at, line, what) =
+            (Instant::now(), Line::Main, Happened::Connected(([127; 4], 7).into()));
+        changes.take(&Seen { at, line, connection: 2, what });
         let lines = || std::iter::from_fn(|| take.next()).map(|line| serde_json::from_str(&line));
         let before: Vec<Value> = lines().collect::<Result<_, _>>().unwrap();
         assert!(before.iter().all(|line| line["duty"] != json!([512, 512])));
-        cycle(210, 512);
+        let last = before.last().unwrap();
+        assert_eq!((&last["what"], &last["connection_number"]), (&json!("connected"), &json!(2)));
+        changes.take(&cycle(210, 512));
         let after: Vec<Value> = lines().collect::<Result<_, _>>().unwrap();
         let motors: Vec<_> =
             after.iter().map(|line| json!([line["motor"], line["duty"]])).collect();
         assert_eq!(motors, [1, 2, 3, 4].map(|number| json!([format!("M{number}"), [512, 512]])));
         // Each of four motors had a line in 200 cycles, and is lost once for each that is missing.
         let told = before.iter().filter(|line| line["motor"].is_string()).count();
-        assert_eq!(after[0]["lost"], json!(4 * 200 - told));
+        assert_eq!(last["lost"], json!(4 * 200 - told));
     }
 
     #[test]
