@@ -296,13 +296,15 @@ impl Recording {
     fn channel(&mut self, id: u16) -> Result<Channel, String> {
         if self.damage.is_some() && !self.has_looked_ahead && !self.channels.contains_key(&id) {
             self.has_looked_ahead = true;
+            // The first one of each id, however many there are.
+            let mut found = self.channels.clone();
             // What can be read only once has none to offer.
-            for record in self.records.all_channels().unwrap_or_default() {
-                if let Some((id, topic)) = records::channel(&record) {
-                    let meaning = self.meaning(topic);
-                    self.channels.entry(id).or_insert(meaning);
+            let _ = self.records.for_each_channel(|record| {
+                if let Some((id, topic)) = records::channel(record) {
+                    found.entry(id).or_insert_with(|| self.meaning(topic));
                 }
-            }
+            });
+            self.channels = found;
         }
         match self.channels.get(&id) {
             Some(channel) => Ok(*channel),

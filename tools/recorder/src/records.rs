@@ -67,14 +67,14 @@ impl Records<File> {
         Ok(file)
     }
 
-    /// The channels wherever they can be read: behind the data, or in the data of a file without an index. What comes
-    /// next is as before.
-    pub(crate) fn all_channels(&self) -> io::Result<Vec<Vec<u8>>> {
+    /// Shows the channels wherever they can be read: behind the data, or in the data of a file without an index. What
+    /// comes next is as before.
+    pub(crate) fn for_each_channel(&self, see: impl FnMut(&[u8])) -> io::Result<()> {
         let mut file = self.source.file();
         let next = file.stream_position()?;
-        let channels = Records::of(self.rewound()?).channels();
+        let seen = Records::of(self.rewound()?).show_channels(see);
         file.seek(SeekFrom::Start(next))?;
-        channels
+        seen
     }
 }
 
@@ -132,13 +132,12 @@ impl<R: Read> Records<R> {
         (chunk.data.len() - chunk.last) as u64
     }
 
-    fn channels(mut self) -> io::Result<Vec<Vec<u8>>> {
-        let mut channels = Vec::new();
+    fn show_channels(mut self, mut see: impl FnMut(&[u8])) -> io::Result<()> {
         loop {
             match self.next()? {
-                Found::Record(op::CHANNEL, data) => channels.push(data),
+                Found::Record(op::CHANNEL, data) => see(&data),
                 Found::Record(..) | Found::Damaged { .. } => {}
-                Found::End { .. } => return Ok(channels),
+                Found::End { .. } => return Ok(()),
             }
         }
     }

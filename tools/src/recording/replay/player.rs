@@ -482,11 +482,13 @@ impl Player {
 }
 
 /// Keeps an entry until its turn. A camera that goes on without a program has no cycles between its pictures: only the
-/// newest is shown with the next one.
+/// newest is shown with the next one. Programs may come and go without a cycle, of which the first say all.
 fn keep(ahead: &mut VecDeque<Entry>, entry: Entry) {
+    const MOST: usize = 100;
     let is_picture = |entry: &Entry| matches!(entry.what, Recorded::Picture(_));
     match entry.what {
         Recorded::Event(_) | Recorded::Statistics(_) | Recorded::Missing => return,
+        Recorded::Transfer(_) if ahead.len() >= MOST => return,
         // There is one at most. Looked for from behind, only what came since then is passed over.
         Recorded::Picture(_) => {
             if let Some(before) = ahead.iter().rposition(is_picture) {
@@ -622,5 +624,24 @@ mod tests {
         }
         let is_picture = |entry: &&Entry| matches!(entry.what, Recorded::Picture(_));
         assert_eq!(player.ahead.iter().filter(is_picture).count(), 1);
+    }
+
+    #[test]
+    fn of_transfers_without_a_cycle_the_first_are_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let (recorder, mut feed) = Recorder::fed(&path, Options::default()).unwrap();
+        for _ in 0..300 {
+            feed.transfer(Instant::now(), Transfer::Ended);
+        }
+        drop(feed);
+        recorder.finish().unwrap();
+        let recording = Recording::open(&path).unwrap();
+        let mut player =
+            Player::new(recording, Vec::new(), Duration::ZERO..Duration::MAX, None, false);
+        let mut seen = 0;
+        assert!(!player.find_cycle(|_| seen += 1).unwrap());
+        assert!(seen >= 300, "{seen}");
+        assert_eq!(player.ahead.len(), 100);
     }
 }
