@@ -1,6 +1,6 @@
 //! What has happened on the connections between a program and a controller, for everything that reports it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::io;
 use std::net::SocketAddr;
@@ -77,16 +77,33 @@ pub(crate) struct Followed {
     drives: Option<u64>,
     /// The one that has gone online last.
     last: u64,
+    /// Open ones that were online while another one went online.
+    displaced: BTreeSet<u64>,
 }
 
 impl Followed {
     pub(crate) fn online(&mut self, connection: u64) {
+        self.displace();
+        self.displaced.remove(&connection);
         (self.drives, self.last) = (Some(connection), connection);
     }
 
-    /// Returns which one was online.
-    pub(crate) fn offline(&mut self) -> Option<u64> {
-        self.drives.take()
+    pub(crate) fn closed(&mut self, connection: u64) {
+        self.displaced.remove(&connection);
+    }
+
+    /// Another one goes online.
+    pub(crate) fn displace(&mut self) {
+        self.displaced.extend(self.drives.take());
+    }
+
+    pub(crate) fn offline(&mut self) {
+        self.drives = None;
+    }
+
+    /// The one that is online.
+    pub(crate) fn driving(&self) -> Option<u64> {
+        self.drives
     }
 
     /// Whether a program is online.
@@ -97,9 +114,13 @@ impl Followed {
     /// Whether this is about another connection. While none drives, that is one from before the last program; only what
     /// becomes of its motors counts then.
     pub(crate) fn is_other(&self, seen: &Seen) -> bool {
+        let connection = seen.connection;
         match self.drives {
-            Some(number) => number != seen.connection,
-            None => seen.connection < self.last && !matches!(seen.what, Happened::Halted { .. }),
+            Some(number) => number != connection,
+            None => {
+                let is_from_before = connection < self.last || self.displaced.contains(&connection);
+                is_from_before && !matches!(seen.what, Happened::Halted { .. })
+            }
         }
     }
 }
@@ -402,5 +423,26 @@ mod tests {
         assert!(!is_other(&followed, 3, Happened::Missed), "it may go online");
         followed.online(1);
         assert!(!is_other(&followed, 1, Happened::Missed));
+    }
+
+    #[test]
+    fn a_program_that_another_one_has_displaced_is_another_one_whatever_its_number() {
+        let seen = |connection| {
+            let (at, line, what) = (Instant::now(), Line::Main, Happened::Missed);
+            Seen { at, line, connection, what }
+        };
+        let mut followed = Followed::default();
+        followed.online(2);
+        followed.online(1);
+        assert!(followed.is_other(&seen(2)) && !followed.is_other(&seen(1)));
+        followed.offline();
+        assert!(followed.is_other(&seen(2)) && !followed.is_other(&seen(1)));
+        // A program that was not online yet may be the next one.
+        assert!(!followed.is_other(&seen(3)));
+        followed.online(2);
+        followed.offline();
+        assert!(!followed.is_other(&seen(2)));
+        followed.closed(2);
+        assert!(followed.displaced.is_empty());
     }
 }

@@ -151,6 +151,7 @@ impl Watched {
         match &seen.what {
             Happened::Connected(_) => self.programs += 1,
             Happened::Closed => {
+                self.followed.closed(seen.connection);
                 self.programs = self.programs.saturating_sub(1);
                 self.unclear.take_if(|number| *number == seen.connection);
             }

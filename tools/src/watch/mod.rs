@@ -369,6 +369,7 @@ impl Notes {
     fn take(&mut self, seen: &Seen) {
         match seen.what {
             Happened::Online => self.followed.online(seen.connection),
+            Happened::Closed => self.followed.closed(seen.connection),
             Happened::Offline(_) if !self.followed.is_other(seen) => {
                 self.followed.offline();
             }

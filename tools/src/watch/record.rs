@@ -178,11 +178,15 @@ impl Record {
 
     pub(super) fn take(&mut self, seen: &Seen) {
         self.controllers.take(seen);
+        if matches!(seen.what, Happened::Closed) {
+            self.followed.closed(seen.connection);
+        }
         match seen.line {
             Line::Main if !self.followed.is_other(seen) => self.of_main(seen),
             Line::Main if matches!(seen.what, Happened::Online) => {
                 if self.followed.drives() {
                     self.ended(seen.at, End::OtherOnline);
+                    self.followed.displace();
                 }
                 self.of_main(seen);
             }
@@ -240,7 +244,10 @@ impl Record {
                     self.into.transfer(seen.at, Transfer::EndedBy(failure));
                 }
             }
-            Happened::Offline(farewell) => self.ended(seen.at, End::Offline(*farewell)),
+            Happened::Offline(farewell) => {
+                self.ended(seen.at, End::Offline(*farewell));
+                self.followed.offline();
+            }
             Happened::Command(_) => {
                 if let Some(Unanswered { until, .. }) = &mut self.unanswered {
                     until.get_or_insert(seen.at);
@@ -259,7 +266,7 @@ impl Record {
 
     /// The transfer has ended.
     fn ended(&mut self, at: Instant, end: End) {
-        let connection = self.followed.offline();
+        let connection = self.followed.driving();
         let beyond = std::mem::take(&mut self.beyond).text();
         let failed = |kind, error: String| {
             let error = [error].into_iter().chain(beyond.clone()).collect::<Vec<_>>().join("; ");
