@@ -168,6 +168,8 @@ impl Watched {
             // What follows is only about the connection that drives.
             _ if !is_shown => {}
             Happened::Controller { .. } => {
+                // It is there again.
+                self.error.take_if(|error| error.code == REFUSED);
                 let controller = self.said.of(seen.connection);
                 // The program before was connected to another one.
                 if !self.followed.drives() && self.controller != controller {
@@ -309,6 +311,8 @@ const MOTORS_MAY_GO_ON: [&str; 2] = ["halt_failed", "stop_online_unanswered"];
 /// The code of a missing response.
 const NO_ANSWER: &str = "no_answer";
 const UNKNOWN: &str = "unknown";
+/// The code of a main connection that the controller does not accept.
+const REFUSED: &str = "connect_failed";
 /// The code of exchanges without an answer.
 const UNANSWERED: &str = "unanswered";
 
@@ -322,7 +326,7 @@ fn problem(seen: &Seen) -> Option<Problem> {
     let (code, text) = match &seen.what {
         Happened::Refused(error) => {
             let code = match seen.line {
-                Line::Main => "connect_failed",
+                Line::Main => REFUSED,
                 Line::Camera => "camera_refused",
                 Line::I2c => "i2c_refused",
             };

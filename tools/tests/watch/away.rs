@@ -45,6 +45,22 @@ pub(crate) fn started(builder: impl Fn() -> SimulatedTxtBuilder) -> SimulatedTxt
 }
 
 #[test]
+fn a_controller_that_answers_again_does_not_refuse_any_more() {
+    let txt = at_free_ports(at);
+    let (address, port) = (txt.address(), txt.port());
+    drop(txt);
+    let watch = Watch::start(address, &[]);
+    let mut page = watch.page();
+    drop(watch.connect());
+    page.state(0, |state| state["link"]["error"]["code"] == "connect_failed");
+    let _txt = txt_at(port);
+    let mut program = watch.connect();
+    program.write_all(&CommandId::QueryStatus.id().to_le_bytes()).unwrap();
+    let state = page.state(0, |state| state["link"]["name"] == "TX2013");
+    assert!(state["link"]["error"].is_null(), "{state}");
+}
+
+#[test]
 fn without_a_controller_a_connection_ends_at_once() {
     let txt = at_free_ports(at);
     let address = txt.address();
