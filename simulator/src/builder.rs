@@ -5,9 +5,10 @@ use std::io;
 use std::net::{IpAddr, Ipv4Addr};
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
+use std::thread;
 use std::time::Duration;
 
+use crossbeam_channel::{bounded, Sender};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::FirmwareVersion;
 
@@ -365,12 +366,13 @@ impl SimulatedTxtBuilder {
             self.camera_connection = CameraConnection::Txt;
         }
         let [listener, camera_listener, i2c_listener] = ports.listen()?;
-        let mut txt = SimulatedTxt {
+        let (lives, alive) = bounded(0);
+        let txt = SimulatedTxt {
             address: listener.local_addr()?,
             camera_port: camera_listener.local_addr()?.port(),
             i2c_port: i2c_listener.local_addr()?.port(),
             shared: Arc::new(Shared::new(machine, self.subject.clone())),
-            threads: Vec::new(),
+            alive,
         };
         let port = |name, is_camera| Port::new(Arc::clone(&txt.shared), name, is_camera);
         let mut camera_port = port("camera", true)?;
@@ -401,10 +403,10 @@ impl SimulatedTxtBuilder {
             takes_its_time: self.strict && !self.lock_step && !self.pace.is_zero(),
         };
         // If a thread can't be spawned, dropping `txt` ends the earlier ones.
-        let subject = &self.subject;
-        txt.threads.push(spawn("simulated-txt", subject, move || server.run())?);
-        txt.threads.push(spawn("simulated-camera", subject, move || camera.run())?);
-        txt.threads.push(spawn("simulated-i2c", subject, move || i2c.run())?);
+        let lives = (&self.subject, &lives);
+        spawn("simulated-txt", lives, move || server.run())?;
+        spawn("simulated-camera", lives, move || camera.run())?;
+        spawn("simulated-i2c", lives, move || i2c.run())?;
         Ok(txt)
     }
 
@@ -430,19 +432,21 @@ fn name_bytes(name: &str) -> [u8; 16] {
     bytes
 }
 
-/// Starts a thread whose lines are about this simulated TXT.
+/// Starts a thread whose lines are about this simulated TXT. The sender ends with it.
 fn spawn(
     name: &str,
-    subject: &Subject,
+    (subject, lives): (&Subject, &Sender<()>),
     run: impl FnOnce() + Send + 'static,
-) -> io::Result<JoinHandle<()>> {
-    let subject = subject.clone();
-    thread::Builder::new().name(String::from(name)).spawn(move || {
+) -> io::Result<()> {
+    let (subject, lives) = (subject.clone(), lives.clone());
+    let run = move || {
+        let _lives = lives;
         journal::set_subject(subject);
         if catch_unwind(AssertUnwindSafe(run)).is_err() {
             notice!(Error, "a thread of the simulated TXT panicked, perhaps in its script");
         }
-    })
+    };
+    thread::Builder::new().name(String::from(name)).spawn(run).map(drop)
 }
 
 impl fmt::Debug for SimulatedTxtBuilder {

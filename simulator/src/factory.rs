@@ -41,9 +41,11 @@ pub struct SimulatedFactory {
 
 impl Drop for SimulatedFactory {
     fn drop(&mut self) {
-        self.txts.iter().for_each(|(_, txt)| txt.shared.stop());
         let deadline = Instant::now() + END_LIMIT;
-        self.txts.iter_mut().for_each(|(_, txt)| txt.wait_for_end(deadline));
+        self.txts.iter().for_each(|(_, txt)| txt.shared.stop_until(deadline));
+        for (_, txt) in &self.txts {
+            let _ = txt.alive.recv_deadline(deadline);
+        }
     }
 }
 

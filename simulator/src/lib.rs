@@ -133,8 +133,9 @@ pub mod world;
 use std::fmt;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
+
+use crossbeam_channel::Receiver;
 
 pub use builder::SimulatedTxtBuilder;
 pub use camera::CameraConnection;
@@ -159,7 +160,8 @@ pub struct SimulatedTxt {
     camera_port: u16,
     i2c_port: u16,
     shared: Arc<Shared>,
-    threads: Vec<JoinHandle<()>>,
+    /// Ends with the last of its threads.
+    alive: Receiver<()>,
 }
 
 impl SimulatedTxt {
@@ -209,26 +211,12 @@ impl SimulatedTxt {
 /// How long a drop waits for threads.
 const END_LIMIT: Duration = Duration::from_secs(1);
 
-impl SimulatedTxt {
-    /// Waits for its threads, which were told to end.
-    fn wait_for_end(&mut self, deadline: Instant) {
-        const LOOK: Duration = Duration::from_micros(500);
-        for thread in self.threads.drain(..) {
-            while !thread.is_finished() && Instant::now() < deadline {
-                thread::sleep(LOOK);
-            }
-            if thread.is_finished() {
-                // It has logged a panic itself.
-                let _ = thread.join();
-            }
-        }
-    }
-}
-
 impl Drop for SimulatedTxt {
     fn drop(&mut self) {
-        self.shared.stop();
-        self.wait_for_end(Instant::now() + END_LIMIT);
+        let deadline = Instant::now() + END_LIMIT;
+        self.shared.stop_until(deadline);
+        // Nothing is sent: the senders end with the threads.
+        let _ = self.alive.recv_deadline(deadline);
     }
 }
 

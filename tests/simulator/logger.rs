@@ -6,6 +6,7 @@ use std::thread;
 
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
 use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::Machine;
 
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};
@@ -120,4 +121,25 @@ fn a_blocked_logger_stops_no_other_thread() {
     });
     assert_eq!(dropped.recv_timeout(LIMIT), Ok(()), "the drop waits");
     drop(unblock);
+}
+
+#[test]
+fn a_script_that_does_not_return_holds_up_no_end() {
+    let (runs, running) = mpsc::channel();
+    let (goes_on, may_go_on) = mpsc::channel::<()>();
+    let script = move |_: &mut Machine| {
+        let _ = runs.send(());
+        let _ = may_go_on.recv();
+    };
+    let txt = unpaced().on_exchange(script).start().unwrap();
+    let mut client = Client::online(&txt);
+    client.send_exchange(&ExchangeData::default());
+    running.recv_timeout(LIMIT).unwrap();
+    let (sender, dropped) = mpsc::channel();
+    thread::spawn(move || {
+        drop(txt);
+        sender.send(())
+    });
+    assert_eq!(dropped.recv_timeout(LIMIT), Ok(()), "the drop waits");
+    drop(goes_on);
 }

@@ -9,6 +9,7 @@ use parking_lot::{Condvar, Mutex};
 use crate::machine::journal::{notice, KeptLines, Subject};
 use crate::machine::Machine;
 use crate::server::pause::Timing;
+use crate::END_LIMIT;
 
 /// The simulated TXT is being dropped, and its threads should end.
 #[derive(Debug)]
@@ -142,10 +143,17 @@ impl Shared {
 
     /// Tells the threads to end.
     pub(crate) fn stop(&self) {
+        self.stop_until(Instant::now() + END_LIMIT);
+    }
+
+    /// The same. A script that runs has the machine, and is waited for until then.
+    pub(crate) fn stop_until(&self, deadline: Instant) {
+        /// Longer than a thread needs that only looks at the machine.
+        const LEAST: Duration = Duration::from_millis(10);
         *self.stopping.lock() = true;
         self.stopped.notify_all();
         // The camera's thread may have checked this and not wait yet: it has the machine until then.
-        drop(self.machine.lock());
+        drop(self.machine.try_lock_until(deadline.max(Instant::now() + LEAST)));
         self.camera_changed.notify_all();
         self.wake(|_| true);
     }
