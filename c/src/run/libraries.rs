@@ -17,6 +17,11 @@ use crate::read;
 use crate::signals;
 use crate::Sentence;
 
+/// Where the system has its libraries.
+const SYSTEM: [&str; 6] = ["/lib", "/lib32", "/lib64", "/usr/lib", "/usr/lib32", "/usr/lib64"];
+/// How the parts of a C library begin.
+const OF_C: [&str; 6] = ["libc.so", "libm.so", "libpthread.so", "libdl.so", "librt.so", "ld-"];
+
 /// A dynamic library that a program is linked with.
 pub(crate) struct Library {
     file: PathBuf,
@@ -50,9 +55,8 @@ impl Library {
 
     /// Whether the loader finds it without being told of a folder. It is itself a part of the C library.
     fn is_of_system(&self) -> bool {
-        let of_c = ["libc.so", "libm.so", "libpthread.so", "libdl.so", "librt.so", "ld-"];
         let name = self.name.to_string_lossy();
-        of_c.iter().any(|part| name.starts_with(part)) || is_in_system(&self.file)
+        OF_C.iter().any(|part| name.starts_with(part)) || is_in_system(&self.file)
     }
 }
 
@@ -82,12 +86,22 @@ pub(crate) fn taken(said: &[u8], own: &Path) -> Vec<Library> {
     lines.filter(|file| file != own).filter_map(|file| Library::of(&file)).collect()
 }
 
-/// Whether the loader looks there without being told.
+/// Whether the loader looks in the folder of this file without being told. The compiler's own folder has links to there.
 fn is_in_system(file: &Path) -> bool {
+    let is_there = |file: &Path| {
+        let folder = folder_of(file);
+        // Each processor may have one of its own, such as `x86_64-linux-gnu`. Others are for those who name them.
+        let name = folder.file_name().unwrap_or_default().to_string_lossy();
+        let around = if name.contains("-linux-") { folder_of(folder) } else { folder };
+        SYSTEM.iter().any(|place| around == Path::new(place))
+    };
+    is_there(file) || fs::canonicalize(file).is_ok_and(|file| is_there(&file))
+}
+
+/// Whether this file is there or below, as one for a newer processor.
+fn is_below_system(file: &Path) -> bool {
     let file = fs::canonicalize(file).unwrap_or_else(|_| file.to_owned());
-    ["/lib", "/lib32", "/lib64", "/usr/lib", "/usr/lib32", "/usr/lib64"]
-        .iter()
-        .any(|folder| file.starts_with(folder))
+    SYSTEM.iter().any(|place| file.starts_with(place))
 }
 
 /// Checks that no library is in this folder: the loader takes a `:` in its name for the end of the name.
@@ -117,22 +131,18 @@ pub(crate) fn folders(
             };
             libraries.iter().copied().find(hidden)
         };
-        match rest.iter().position(|folder| hidden_by(folder).is_none()) {
-            Some(place) => {
-                let next = rest.remove(place);
-                rest.retain(|folder| *folder != next);
-                match next.as_os_str().as_encoded_bytes().contains(&b':') {
-                    false => ordered.push(next),
-                    true => check_needs_none_of(&next, &libraries)?,
-                }
-            }
-            None => {
-                let library = rest.iter().find_map(hidden_by);
-                let (file, folder) = (library.map(|it| &*it.file), rest.first());
-                let other = folder.zip(library).map(|(folder, it)| folder.join(&it.name));
-                let file = file.unwrap_or(Path::new("")).display();
-                return Err(other_library(file, other.unwrap_or_default().display()));
-            }
+        let Some(place) = rest.iter().position(|folder| hidden_by(folder).is_none()) else {
+            let hides = rest.iter().find_map(|folder| Some((hidden_by(folder)?, folder)));
+            return hides.map_or(Ok(ordered), |(library, folder)| {
+                let other = folder.join(&library.name);
+                Err(other_library(library.file.display(), other.display()))
+            });
+        };
+        let next = rest.remove(place);
+        rest.retain(|folder| *folder != next);
+        match next.as_os_str().as_encoded_bytes().contains(&b':') {
+            false => ordered.push(next),
+            true => check_needs_none_of(&next, &libraries)?,
         }
     }
     Ok(ordered)
@@ -145,25 +155,27 @@ fn other_library(file: impl Display, other: impl Display) -> Sentence {
     .into()
 }
 
-/// Checks that the loader takes no other library than the linker, which has taken these and our own. It may find another
-/// one first, in a folder that is named or in ours.
-pub(crate) fn check(program: &Path, libraries: &[Library], own: &Path) -> Result<(), Sentence> {
+/// Checks that the loader takes no other library than the linker, which has taken these. It may find another one first, in
+/// a folder that is named, or in ours for what belongs to each program.
+pub(crate) fn check(program: &Path, libraries: &[Library], ours: &Path) -> Result<(), Sentence> {
     let Some(loader) = loader_of(program) else { return Ok(()) };
     let mut list = Command::new(loader);
     // Who sets these wants another one.
     list.arg("--list").arg(program).env_remove("LD_LIBRARY_PATH").env_remove("LD_PRELOAD");
-    let said = signals::output_of(&mut list)?.stdout;
-    for (name, file) in said.split(|byte| *byte == b'\n').filter_map(found) {
-        let place = fs::canonicalize(&file).ok();
-        let taken = libraries.iter().find(|it| *it.name == *name);
+    // Where it can't be started, as for another processor, the start tells why.
+    let Ok(said) = signals::output_of(&mut list) else { return Ok(()) };
+    for (name, file) in said.stdout.split(|byte| *byte == b'\n').filter_map(found) {
+        let taken = libraries.iter().find(|library| *library.name == *name);
         let is_right = match taken {
-            Some(taken) if taken.is_of_system() => is_in_system(&file) || taken.place() == place,
-            Some(taken) => taken.place() == place,
-            // Of our folder nothing else is meant.
+            Some(taken) if !taken.is_of_system() => {
+                let place = fs::canonicalize(&file).ok();
+                place == taken.place() || place == fs::canonicalize(&taken.file).ok()
+            }
+            Some(_) => is_below_system(&file),
             None => {
-                *name == *own.file_name().unwrap_or_default()
+                !is_of_each_program(&name)
+                    || !is_same(folder_of(&file), ours)
                     || is_in_system(&file)
-                    || !is_same(folder_of(&file), folder_of(own))
             }
         };
         if !is_right {
@@ -172,6 +184,13 @@ pub(crate) fn check(program: &Path, libraries: &[Library], own: &Path) -> Result
         }
     }
     Ok(())
+}
+
+/// Whether each program is linked with this library, without being told.
+fn is_of_each_program(name: &Path) -> bool {
+    let of_compiler = ["libgcc_s.so", "libstdc++.so", "libc++.so"];
+    let name = name.to_string_lossy();
+    OF_C.iter().chain(&of_compiler).any(|part| name.starts_with(part))
 }
 
 fn is_same(one: &Path, other: &Path) -> bool {

@@ -52,7 +52,8 @@ pub(crate) fn link(
     if !cfg!(windows) {
         let beside = inputs.archives.iter().map(|archive| folder_of(archive).to_owned());
         let mut folders: Vec<_> = options.library_folders.iter().cloned().chain(beside).collect();
-        let may_have_more = !(flags.is_empty() && libraries.is_empty() && folders.is_empty());
+        let is_alone = flags.is_empty() && libraries.is_empty() && folders.is_empty();
+        let may_have_more = !is_alone || compiler.is_named || env::var_os("LIBRARY_PATH").is_some();
         if cfg!(target_os = "linux") && may_have_more {
             let said = signals::output_of(to_link().arg("-Wl,--trace"))?.stdout;
             taken = libraries::taken(&said, library);
@@ -69,7 +70,10 @@ pub(crate) fn link(
     signals::check("the program was compiled")?;
     pass_on(&output.stderr);
     if output.status.success() {
-        return libraries::check(path, &taken, library);
+        return match cfg!(target_os = "linux") {
+            true => libraries::check(path, &taken, folder_of(library)),
+            false => Ok(()),
+        };
     }
     let said = String::from_utf8_lossy(&output.stderr);
     let names: Vec<String> = libraries.iter().filter_map(|word| library_name(word)).collect();

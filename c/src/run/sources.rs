@@ -347,12 +347,16 @@ fn length_to(text: &[u8], end: u8) -> usize {
 /// The names in `#include` lines, where they are, and whether they are quoted.
 fn includes_of(text: &[u8]) -> Vec<(String, Range<usize>, bool)> {
     let mut begin = 0;
+    let mut goes_on = false;
     let mut found = Vec::new();
     for line in text.split_inclusive(|byte| *byte == b'\n') {
-        found.extend(include_in(line).map(|(name, place, is_quoted)| {
+        // Otherwise it belongs to a text or a macro.
+        let include = include_in(line).filter(|_| !goes_on);
+        found.extend(include.map(|(name, place, is_quoted)| {
             (name, place.start + begin..place.end + begin, is_quoted)
         }));
         begin += line.len();
+        goes_on = line.trim_ascii_end().ends_with(b"\\");
     }
     found
 }
@@ -410,6 +414,14 @@ pub(crate) mod tests {
             .map(|(name, place, quoted)| (name.as_str(), &text[place.clone()], *quoted))
             .collect();
         assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn what_goes_on_from_the_line_before_is_not_included() {
+        let text = b"char *a = S( \\\n#include <no.h> \\\n), *b = \"\\\n#include \\\"no.h\\\"\\n\\ \r\n\";\n#include \"a.h\"\n";
+        let found = includes_of(&without_comments(text));
+        let names: Vec<&str> = found.iter().map(|(name, ..)| name.as_str()).collect();
+        assert_eq!(names, ["a.h"]);
     }
 
     #[test]

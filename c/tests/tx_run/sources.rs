@@ -730,9 +730,12 @@ fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_wit
     assert!(ended.err.contains(&hides), "{}", ended.err);
     // A library whose own name is that of one of the system, and not of its file.
     std::fs::remove_file(at("sdk/libm.so.6")).unwrap();
-    shared_library(&at("m.c"), &at("sdk/libmine.so"), &["-Wl,-soname,libgcc_s.so.1"]);
-    let ended = status(&["sdk/libmine.so", "-L", "sdk", "-l", "vendor"], &[]);
+    write(folder.path(), "part.c", "int mine(void) { return 1; }\n");
+    shared_library(&at("part.c"), &at("sdk/libmine.so"), &["-Wl,-soname,libresolv.so.2"]);
+    write(folder.path(), "m.c", "int mine(void);\nint main(void) { return mine(); }\n");
+    let ended = status(&["sdk/libmine.so"], &[]);
     assert_eq!(ended.status, Some(1), "{ended:?}");
+    assert!(ended.err.contains("would not get sdk/libmine.so"), "{}", ended.err);
     // Whatever the order is, one of them is another one.
     write(folder.path(), "m.c", both);
     library("b", "other", 80);
