@@ -111,8 +111,8 @@ impl Followed {
         self.drives.is_some()
     }
 
-    /// Whether this is about another connection. While none drives, that is one from before the last program; only what
-    /// becomes of its motors counts then.
+    /// Whether this is about another connection. While none drives, that is one from before the last program, or one that
+    /// another program has displaced; only what becomes of its motors counts then.
     pub(crate) fn is_other(&self, seen: &Seen) -> bool {
         let connection = seen.connection;
         match self.drives {

@@ -212,7 +212,9 @@ impl Callbacks {
             running.is_none_or(|running| running.thread == thread::current().id())
         };
         if !self.wait_until(&mut self.queue.lock(), is_over) {
-            log::error!("a callback has not returned within {WAIT_LIMIT:?}; it is not waited for");
+            report::failure(format_args!(
+                "a callback has not returned within {WAIT_LIMIT:?}; it is not waited for"
+            ));
         }
     }
 

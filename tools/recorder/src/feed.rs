@@ -8,6 +8,7 @@ use crossbeam_channel::{bounded, Receiver, Sender};
 use ft_transfer_area::{LogEntry, Logged, LoggedCycle};
 
 use crate::format::{RecordedEvent, Transfer};
+use crate::say::say;
 
 /// Takes cycles into a recording that has no handler; made by [`Recorder::fed`](crate::Recorder::fed). Nothing of
 /// it waits for the disk: what has no room is lost, and the next entry has the number of lost ones.
@@ -66,7 +67,8 @@ impl FedEntry {
                 Fed::Transfer { at, what: Transfer::Failed((&error).into()) }
             }
             other => {
-                log::warn!("this recorder is too old for {other:?}, which is not recorded");
+                let text = format!("this recorder is too old for {other:?}, which is not recorded");
+                say(log::Level::Warn, text);
                 return None;
             }
         };

@@ -98,7 +98,8 @@ mod tests {
         assert!(lines.try_recv().is_err());
         (0..100).for_each(|_| allow.send(()).unwrap());
         let limit = Duration::from_secs(30);
-        for number in 0..MOST {
+        // Other tests may have lines, too.
+        for number in 0..MOST / 2 {
             assert_eq!(lines.recv_timeout(limit).unwrap(), format!("line {number}"));
         }
     }

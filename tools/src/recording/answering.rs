@@ -49,26 +49,33 @@ impl Answering {
     }
 }
 
-/// Says on stderr once that not all in a recording is of one controller.
+/// Notes that not all in a recording is of one controller.
 #[derive(Debug, Default)]
-pub(super) struct Teller {
+pub(super) struct Change {
     answering: Answering,
-    has_told: bool,
+    /// The first change.
+    first: Option<String>,
 }
 
-impl Teller {
-    pub(super) fn take(&mut self, transfer: &Transfer, at: Duration, file: &Path) {
+impl Change {
+    pub(super) fn take(&mut self, transfer: &Transfer, at: Duration) {
         let Some((now, before)) = self.answering.take(transfer) else { return };
-        if before == Controller::default() || std::mem::replace(&mut self.has_told, true) {
+        if before == Controller::default() {
             return;
         }
-        let [[name, firmware], [before, _]] =
-            [now, &before].map(|it| known(&it.device_name, &it.firmware));
-        let (file, at, address) = (file.display(), at.as_secs_f64(), &now.address);
-        let text = format!(
-            "{file}: from {at:.2} s on {name} at {address}, firmware {firmware}, has answered in place of {before}"
-        );
-        eprintln!("{}", print::clean(&text));
+        let [now, before] = [now, &before].map(|one| {
+            let [name, firmware] = known(&one.device_name, &one.firmware);
+            format!("{name} at {}, firmware {firmware}", one.address)
+        });
+        let at = at.as_secs_f64();
+        self.first.get_or_insert_with(|| format!("from {at:.2} s on {now} in place of {before}"));
+    }
+
+    /// Says it on stderr.
+    pub(super) fn say(&self, file: &Path) {
+        if let Some(first) = &self.first {
+            eprintln!("{}", print::clean(&format!("{}: {first}", file.display())));
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use std::time::Duration;
 use anyhow::Context;
 use ft_transfer_area_recorder::{Column, Recorded, Recording};
 
-use super::answering::Teller;
+use super::answering::Change;
 use super::clock::Clock;
 use super::ensure_is_another;
 use super::in_parts::ensure_is_one;
@@ -113,13 +113,13 @@ impl Table {
         table.write_record(heads.chain(["local_time".to_owned()]))?;
         let clock = Clock::of(recording.started());
         let progress = progress("writes");
-        let mut teller = Teller::default();
+        let mut change = Change::default();
         for entry in recording.by_ref() {
             let entry = entry.map_err(Failure::Read)?;
             let cycle = match entry.what {
                 Recorded::Cycle(cycle) => cycle,
-                Recorded::Transfer(transfer) => {
-                    teller.take(&transfer, entry.at, &self.file);
+                Recorded::Transfer(transfer) if entry.at <= self.part.end => {
+                    change.take(&transfer, entry.at);
                     continue;
                 }
                 _ => continue,
@@ -139,6 +139,7 @@ impl Table {
             table.write_record(head.into_iter().chain(values).chain([local_time]))?;
         }
         progress.finish_and_clear();
+        change.say(&self.file);
         table.flush().map_err(Failure::Write)?;
         Ok(recording)
     }

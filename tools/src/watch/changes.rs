@@ -189,26 +189,22 @@ impl Changes {
                 Some(known) if known.says(&value, cycle.is_some()) => match known.had_room {
                     true => known,
                     // It was counted when it had no room.
-                    false => self.print(seen, index, value, cycle, 0),
+                    false => self.print(seen, index, value, cycle),
                 },
-                _ => self.print(seen, index, value, cycle, 1),
+                _ => {
+                    let printed = self.print(seen, index, value, cycle);
+                    self.lost += u64::from(!printed.had_room);
+                    printed
+                }
             };
             *last = values.into_iter().map(print).collect();
         }
         self.seen.insert(seen.connection, last);
     }
 
-    /// Prints a value with the number of its cycle, or says that it has none. Without room so many more are lost.
-    fn print(
-        &mut self,
-        seen: &Seen,
-        area: usize,
-        value: Value,
-        cycle: Option<u64>,
-        lost: u64,
-    ) -> Printed {
+    /// Prints a value with the number of its cycle, or says that it has none.
+    fn print(&mut self, seen: &Seen, area: usize, value: Value, cycle: Option<u64>) -> Printed {
         let had_room = !self.is_full && self.try_put(seen, self.line(area, &value, cycle));
-        self.lost += if had_room { 0 } else { lost };
         Printed { value, is_answered: cycle.is_some(), had_room }
     }
 

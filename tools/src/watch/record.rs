@@ -291,7 +291,7 @@ impl Record {
                     failed(FailureKind::Closed, halted.unwrap_or_else(|| CLOSED.to_owned()))
                 }
                 End::OnlineAgain | End::OtherOnline => {
-                    failed(FailureKind::Other, end.name().to_owned())
+                    failed(FailureKind::Other, halted.unwrap_or_else(|| end.name().to_owned()))
                 }
             },
         };

@@ -333,7 +333,7 @@ fn page_and_recording_have_the_controller_that_each_program_itself_was_told() {
         let files = [path.to_str().unwrap(); 2];
         let files = if command == "csv" { &files[..1] } else { &files };
         let said = String::from_utf8(run(&[&[command], files].concat()).stderr).unwrap();
-        assert!(said.contains("firmware unknown, has answered in place of FIRST"), "{said}");
+        assert!(said.contains(", firmware unknown in place of FIRST at"), "{said}");
     }
     let info = String::from_utf8(run(&["info", path.to_str().unwrap()]).stdout).unwrap();
     let mut lines = info.lines();

@@ -5,14 +5,14 @@ use std::time::Duration;
 
 use ft_transfer_area_recorder::{Cycle, Error, Recorded, Recording, Transfer};
 
-use super::super::answering::Teller;
+use super::super::answering::Change;
 use super::super::whole::{say_what_is_missing, Transfers};
 
 pub(super) struct Side {
     pub(super) path: PathBuf,
     recording: Recording,
     transfers: Transfers,
-    teller: Teller,
+    change: Change,
     /// When its first cycle was.
     begin: Option<Duration>,
     /// Whether something is missing since the last cycle, also before the end of its transfer.
@@ -43,7 +43,7 @@ impl Side {
             path: path.to_owned(),
             recording,
             transfers: Transfers::default(),
-            teller: Teller::default(),
+            change: Change::default(),
             begin: None,
             misses: false,
             next: None,
@@ -62,6 +62,7 @@ impl Side {
     }
 
     pub(super) fn say_what_is_missing(&self) {
+        self.change.say(&self.path);
         say_what_is_missing(&self.recording, &self.path, ": it is compared up to there");
     }
 
@@ -70,7 +71,7 @@ impl Side {
         while self.next.is_none() {
             let Some(entry) = self.recording.next().transpose()? else { break };
             if let Recorded::Transfer(transfer) = &entry.what {
-                self.teller.take(transfer, entry.at, &self.path);
+                self.change.take(transfer, entry.at);
             }
             match entry.what {
                 Recorded::Transfer(Transfer::Began { .. }) => self.transfers.begin(),
