@@ -49,10 +49,16 @@ impl Parts {
 
     /// Deletes the oldest files, so that all of them together stay below this size, 100 kB at least. No file gets
     /// larger than half of it, so that there is always an earlier one. Half a second of recording comes into a file at
-    /// once: where that is more than an eighth of this size, as with pictures and a small size, it may come on top.
+    /// once: where that is more than 16 MiB, or than an eighth of this size, as with pictures and a small size, it may
+    /// come on top.
     #[must_use]
     pub fn keep(self, bytes: u64) -> Self {
         Self { keep: bytes.max(2 * LEAST), ..self }
+    }
+
+    /// What may come into a file before it is looked at again.
+    fn at_once(self) -> u64 {
+        AT_ONCE.min(self.keep / 8)
     }
 
     /// Whether there may be a second file.
@@ -64,8 +70,8 @@ impl Parts {
 const LEAST: u64 = 50_000;
 const SHORTEST: Duration = Duration::from_millis(10);
 
-/// What may come into a file before it is looked at again.
-const AT_ONCE: u64 = 1 << 20;
+/// What may come into a file before it is looked at again: half a second with large pictures.
+const AT_ONCE: u64 = 16 << 20;
 
 /// The files of a recording.
 pub(crate) struct Files {
@@ -135,7 +141,7 @@ impl Files {
 
     /// Whether the next one is to begin when the newest has this size.
     pub(crate) fn is_full(&self, bytes: u64) -> bool {
-        bytes >= self.parts.bytes.min(self.parts.keep / 2)
+        bytes >= self.parts.bytes.min(self.parts.keep / 2 - self.parts.at_once())
             || self.since.is_some_and(|since| since.elapsed() >= self.parts.time)
     }
 
@@ -149,7 +155,7 @@ impl Files {
 
     /// Deletes the oldest ones, as long as there is too much, when the newest has this size.
     pub(crate) fn delete_oldest(&mut self, bytes: u64) {
-        let keep = self.parts.keep - AT_ONCE.min(self.parts.keep / 8);
+        let keep = self.parts.keep - self.parts.at_once();
         let mut all = self.made.iter().map(|(_, size)| size).sum::<u64>();
         while all.saturating_add(bytes) > keep {
             let Some((oldest, size)) = self.made.pop_front() else { return };
@@ -231,7 +237,7 @@ mod tests {
         for _ in 0..5 {
             let (path, file) = files.make().unwrap();
             file.set_len(100_000).unwrap();
-            assert!(!files.is_full(159_999) && files.is_full(160_000), "half of what is kept");
+            assert!(!files.is_full(119_999) && files.is_full(120_000), "with room up to the half");
             files.done(path, 100_000);
             files.delete_oldest(50_000);
             assert!(files.made.len() <= 2);
