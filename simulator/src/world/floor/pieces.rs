@@ -153,19 +153,22 @@ impl Floor {
 
     /// A belt moves by this many mm, negative for backwards.
     pub(super) fn run(&mut self, belt: usize, mm: f64) {
+        let mut row = Row::of(&self.pieces, belt);
         for piece in 0..self.pieces.len() {
-            if let At::Belt { belt: on, mm: before } = self.pieces[piece].whereabouts {
-                if on == belt {
-                    self.carry(piece, belt, before, mm);
-                }
+            let Some(before) = self.pieces[piece].on(belt) else { continue };
+            let free = row.free_way(&self.pieces, piece, mm.is_sign_positive());
+            self.carry(piece, belt, before, mm.clamp(-free, free));
+            let moved = self.pieces[piece].on(belt).map(|after| after - before);
+            // Its end may lead to the belt itself, past another piece.
+            if moved.is_some_and(|moved| moved.abs() > mm.abs() + RADIUS) {
+                row = Row::of(&self.pieces, belt);
             }
         }
     }
 
-    /// Moves a piece on a belt as far as it can go.
+    /// Moves a piece on a belt by so many mm, for which there is room.
     fn carry(&mut self, piece: usize, belt: usize, before: f64, mm: f64) {
-        let free = self.free_way(piece, belt, before, mm.is_sign_positive());
-        let after = before + mm.clamp(-free, free);
+        let after = before + mm;
         let length = self.belts[belt].length;
         if (0.0..=length).contains(&after) {
             self.pieces[piece].whereabouts = At::Belt { belt, mm: after };
@@ -182,18 +185,51 @@ impl Floor {
         }
         self.belts[belt].is_jammed = !is_put;
     }
+}
 
-    /// How far a piece on a belt can move in this direction until it meets the next one.
-    fn free_way(&self, piece: usize, belt: usize, mm: f64, is_forward: bool) -> f64 {
-        let mut free = f64::INFINITY;
-        for (index, other) in self.pieces.iter().enumerate() {
-            let At::Belt { belt: on, mm: other } = other.whereabouts else { continue };
-            let ahead = if is_forward { other - mm } else { mm - other };
-            if on == belt && index != piece && ahead > 0.0 {
-                free = free.min((ahead - 2.0 * RADIUS).max(0.0));
-            }
+impl PlacedPiece {
+    /// Where it is on this belt, in mm.
+    fn on(&self, belt: usize) -> Option<f64> {
+        match self.whereabouts {
+            At::Belt { belt: on, mm } if on == belt => Some(mm),
+            _ => None,
         }
-        free
+    }
+}
+
+/// The pieces on a belt in their order, in which they stay while it moves: no piece overtakes another one.
+struct Row {
+    belt: usize,
+    pieces: Vec<usize>,
+    /// The place of each piece in the row.
+    places: Vec<usize>,
+}
+
+impl Row {
+    fn of(all: &[PlacedPiece], belt: usize) -> Self {
+        let on_belt = all.iter().enumerate().filter_map(|(piece, it)| Some((it.on(belt)?, piece)));
+        let mut on_belt: Vec<(f64, usize)> = on_belt.collect();
+        on_belt.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
+        let pieces: Vec<usize> = on_belt.into_iter().map(|(_, piece)| piece).collect();
+        let mut places = vec![0; all.len()];
+        for (place, piece) in pieces.iter().enumerate() {
+            places[*piece] = place;
+        }
+        Self { belt, pieces, places }
+    }
+
+    /// How far a piece can move in this direction until it meets the next one. Some may have left the belt.
+    fn free_way(&self, all: &[PlacedPiece], piece: usize, is_forward: bool) -> f64 {
+        let place = self.places[piece];
+        let ahead_of = |other: usize| {
+            let (mm, other) = (all[piece].on(self.belt)?, all[other].on(self.belt)?);
+            Some(if is_forward { other - mm } else { mm - other }).filter(|ahead| *ahead > 0.0)
+        };
+        let next = match is_forward {
+            true => self.pieces[place + 1..].iter().find_map(|other| ahead_of(*other)),
+            false => self.pieces[..place].iter().rev().find_map(|other| ahead_of(*other)),
+        };
+        next.map_or(f64::INFINITY, |ahead| (ahead - 2.0 * RADIUS).max(0.0))
     }
 }
 
@@ -213,6 +249,25 @@ mod tests {
             floor.fall(0);
             assert_eq!((floor.pieces.len(), floor.fallen), (1, fallen));
         }
+    }
+
+    #[test]
+    fn the_way_is_free_up_to_the_next_piece_on_the_same_belt() {
+        // In no order, two at one place, and one between them that is on another belt.
+        let places = [(0, 90.0), (0, 10.0), (1, 50.0), (0, 200.0), (0, 90.0), (0, 95.0)];
+        let at = |(belt, mm)| PlacedPiece { piece: Piece::Red, whereabouts: At::Belt { belt, mm } };
+        let mut all: Vec<_> = places.into_iter().map(at).collect();
+        let row = Row::of(&all, 0);
+        let free = |all: &[PlacedPiece], is_forward| {
+            [0, 1, 3, 4, 5].map(|piece| row.free_way(all, piece, is_forward))
+        };
+        let (no, far) = (f64::INFINITY, 2.0 * RADIUS);
+        assert_eq!(free(&all, true), [0.0, 80.0 - far, no, 0.0, 105.0 - far]);
+        assert_eq!(free(&all, false), [80.0 - far, no, 105.0 - far, 80.0 - far, 0.0]);
+        // One has left the belt meanwhile, and one has moved.
+        all[5].whereabouts = At::Fallen;
+        all[3].whereabouts = At::Belt { belt: 0, mm: 190.0 };
+        assert_eq!(row.free_way(&all, 0, true), 100.0 - far);
     }
 
     #[test]
