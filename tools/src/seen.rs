@@ -75,8 +75,6 @@ impl Controllers {
 #[derive(Debug, Default)]
 pub(crate) struct Followed {
     drives: Option<u64>,
-    /// The one that has gone online last.
-    last: u64,
     /// Open ones that were online while another one went online.
     displaced: BTreeSet<u64>,
 }
@@ -85,7 +83,7 @@ impl Followed {
     pub(crate) fn online(&mut self, connection: u64) {
         self.displace();
         self.displaced.remove(&connection);
-        (self.drives, self.last) = (Some(connection), connection);
+        self.drives = Some(connection);
     }
 
     pub(crate) fn closed(&mut self, connection: u64) {
@@ -111,15 +109,15 @@ impl Followed {
         self.drives.is_some()
     }
 
-    /// Whether this is about another connection. While none drives, that is one from before the last program, or one that
-    /// another program has displaced; only what becomes of its motors counts then.
+    /// Whether this is about another connection. While none drives, that is one that another program has displaced; only
+    /// what becomes of its motors counts then.
     pub(crate) fn is_other(&self, seen: &Seen) -> bool {
         let connection = seen.connection;
         match self.drives {
             Some(number) => number != connection,
             None => {
-                let is_from_before = connection < self.last || self.displaced.contains(&connection);
-                is_from_before && !matches!(seen.what, Happened::Halted { .. })
+                let is_displaced = self.displaced.contains(&connection);
+                is_displaced && !matches!(seen.what, Happened::Halted { .. })
             }
         }
     }
@@ -437,8 +435,8 @@ mod tests {
         assert!(followed.is_other(&seen(2)) && !followed.is_other(&seen(1)));
         followed.offline();
         assert!(followed.is_other(&seen(2)) && !followed.is_other(&seen(1)));
-        // A program that was not online yet may be the next one.
-        assert!(!followed.is_other(&seen(3)));
+        // A program that was not online yet may be the next one, also when it has connected before.
+        assert!(!followed.is_other(&seen(3)) && !followed.is_other(&seen(0)));
         followed.online(2);
         followed.offline();
         assert!(!followed.is_other(&seen(2)));

@@ -1,6 +1,6 @@
 //! What a program lacks of its own: a header in a folder that was not named, a source that was not named.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -147,21 +147,18 @@ fn other_sources(named: &[&Path]) -> Vec<PathBuf> {
     let mut folders: Vec<&Path> = named.iter().map(|source| folder_of(source)).collect();
     folders.sort();
     folders.dedup();
+    let whole: BTreeSet<_> = named.iter().map(|source| fs::canonicalize(source).ok()).collect();
+    let is_named = |file: &Path| whole.contains(&fs::canonicalize(file).ok());
     let files =
         folders.iter().flat_map(|folder| fs::read_dir(folder).into_iter().flatten().flatten());
     let files =
         files.map(|entry| entry.path().strip_prefix(".").map_or(entry.path(), Path::to_owned));
     let mut files: Vec<PathBuf> = files
-        .filter(|file| Language::of(file).is_some() && file.is_file() && !is_named(file, named))
+        .filter(|file| Language::of(file).is_some() && file.is_file() && !is_named(file))
         .take(MOST_SOURCES)
         .collect();
     files.sort();
     files
-}
-
-fn is_named(file: &Path, named: &[&Path]) -> bool {
-    let whole = fs::canonicalize(file).ok();
-    named.iter().any(|source| fs::canonicalize(source).ok() == whole)
 }
 
 /// Whether a text defines a function or an object with this name, as far as that can be seen: behind the name and the
