@@ -89,7 +89,9 @@ fn a_keeper_that_was_killed_is_told() {
         let keeper = std::iter::repeat_with(|| running.line()).find(is_number).unwrap();
         assert!(Command::new("kill").args(["-KILL", &keeper]).status().unwrap().success());
         let errors = String::from_utf8(running.end().stderr).unwrap();
-        assert!(errors.contains("the program goes on then"), "{errors}");
+        // It may have been killed before it knew the program, which then does not go on.
+        let is_told = ["the program goes on then", "the process that ends the program is gone"];
+        assert!(is_told.iter().any(|told| errors.contains(told)), "{errors}");
     }
 }
 
