@@ -53,6 +53,12 @@ impl Library {
         fs::canonicalize(folder_of(&self.file).join(&self.name)).ok()
     }
 
+    /// Whether this file, which the loader takes, is the one.
+    fn is(&self, file: &Path) -> bool {
+        let file = fs::canonicalize(file).ok();
+        file.is_some() && (file == self.place() || file == fs::canonicalize(&self.file).ok())
+    }
+
     /// Whether the loader finds it without being told of a folder. It is itself a part of the C library.
     fn is_of_system(&self) -> bool {
         let name = self.name.to_string_lossy();
@@ -155,30 +161,36 @@ fn other_library(file: impl Display, other: impl Display) -> Sentence {
     .into()
 }
 
-/// Checks that the loader takes no other library than the linker, which has taken these. It may find another one first, in
-/// a folder that is named, or in ours for what belongs to each program.
-pub(crate) fn check(program: &Path, libraries: &[Library], ours: &Path) -> Result<(), Sentence> {
+/// Checks that the loader takes no other library than the linker, which has taken these. In our folders, which are those
+/// that the user has named, with the one of our own library, it may find another one first; and the system's, where the
+/// folder of one that was taken has no file of its name. What the user's own options and variables lead to is meant.
+pub(crate) fn check(
+    program: &Path,
+    libraries: &[Library],
+    folders: &[PathBuf],
+    ours: &Path,
+) -> Result<(), Sentence> {
     let Some(loader) = loader_of(program) else { return Ok(()) };
-    let mut list = Command::new(loader);
-    // Who sets these wants another one.
-    list.arg("--list").arg(program).env_remove("LD_LIBRARY_PATH").env_remove("LD_PRELOAD");
     // Where it can't be started, as for another processor, the start tells why.
-    let Ok(said) = signals::output_of(&mut list) else { return Ok(()) };
+    let listed = signals::output_of(Command::new(loader).arg("--list").arg(program));
+    let Ok(said) = listed else { return Ok(()) };
+    let is_named = |file: &Path| folders.iter().any(|folder| is_same(folder_of(file), folder));
     for (name, file) in said.stdout.split(|byte| *byte == b'\n').filter_map(found) {
+        let is_ours = is_same(folder_of(&file), ours) && !is_in_system(&file);
         let taken = libraries.iter().find(|library| *library.name == *name);
-        let is_right = match taken {
-            Some(taken) if !taken.is_of_system() => {
-                let place = fs::canonicalize(&file).ok();
-                place == taken.place() || place == fs::canonicalize(&taken.file).ok()
+        let is_wrong = match taken {
+            Some(taken) if taken.is(&file) => false,
+            Some(taken) if taken.is_of_system() => is_named(&file) || is_ours,
+            // One that is only for the linker.
+            Some(taken) if taken.place().is_none() => is_below_system(&file),
+            Some(_) => {
+                // Our own library needs those of the compiler, too.
+                let is_other = is_below_system(&file) && !is_of_each_program(&name);
+                is_named(&file) || is_ours || is_other
             }
-            Some(_) => is_below_system(&file),
-            None => {
-                !is_of_each_program(&name)
-                    || !is_same(folder_of(&file), ours)
-                    || is_in_system(&file)
-            }
+            None => is_ours && is_of_each_program(&name),
         };
-        if !is_right {
+        if is_wrong {
             let meant = taken.map_or(name, |taken| taken.file.clone());
             return Err(other_library(meant.display(), file.display()));
         }
@@ -200,9 +212,9 @@ fn is_same(one: &Path, other: &Path) -> bool {
 /// The name and the file in a line of the loader such as `libm.so.6 => /lib/libm.so.6 (0x7f4a)`. One that is not found is
 /// told by the loader when the program starts.
 fn found(line: &[u8]) -> Option<(PathBuf, PathBuf)> {
-    let [name, file] =
-        [" => ", " (0x"].map(|it| line.windows(4).rposition(|part| part == it.as_bytes()));
-    let (name, file) = (&line[..name?], line.get(name? + 4..file?)?);
+    let name = line.windows(4).position(|part| part == b" => ");
+    let end = line.windows(4).rposition(|part| part == b" (0x");
+    let (name, file) = (&line[..name?], line.get(name? + 4..end?)?);
     Some((read::path(name.trim_ascii())?, read::path(file)?))
 }
 
@@ -215,7 +227,7 @@ fn loader_of(program: &Path) -> Option<PathBuf> {
         _ => return None,
     };
     // They know `--list`. Another one would start the program.
-    loader.file_name()?.as_encoded_bytes().starts_with(b"ld-").then_some(loader)
+    loader.file_name()?.as_encoded_bytes().starts_with(b"ld").then_some(loader)
 }
 
 fn loader_in<Elf: FileHeader<Endian = Endianness>>(parts: &ReadCache<File>) -> Option<PathBuf> {

@@ -48,10 +48,10 @@ pub(crate) fn link(
         command
     };
     let mut command = to_link();
-    let mut taken = Vec::new();
+    let (mut folders, mut taken): (Vec<PathBuf>, _) = (Vec::new(), Vec::new());
     if !cfg!(windows) {
         let beside = inputs.archives.iter().map(|archive| folder_of(archive).to_owned());
-        let mut folders: Vec<_> = options.library_folders.iter().cloned().chain(beside).collect();
+        folders.extend(options.library_folders.iter().cloned().chain(beside));
         let is_alone = flags.is_empty() && libraries.is_empty() && folders.is_empty();
         let may_have_more = !is_alone || compiler.is_named || env::var_os("LIBRARY_PATH").is_some();
         if cfg!(target_os = "linux") && may_have_more {
@@ -71,7 +71,7 @@ pub(crate) fn link(
     pass_on(&output.stderr);
     if output.status.success() {
         return match cfg!(target_os = "linux") {
-            true => libraries::check(path, &taken, folder_of(library)),
+            true => libraries::check(path, &taken, &folders, folder_of(library)),
             false => Ok(()),
         };
     }

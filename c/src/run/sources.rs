@@ -356,7 +356,8 @@ fn includes_of(text: &[u8]) -> Vec<(String, Range<usize>, bool)> {
             (name, place.start + begin..place.end + begin, is_quoted)
         }));
         begin += line.len();
-        goes_on = line.trim_ascii_end().ends_with(b"\\");
+        let before_end = line.trim_ascii_end().strip_suffix(b"\\");
+        goes_on = before_end.is_some_and(|line| goes_on || !line.trim_ascii().is_empty());
     }
     found
 }
@@ -422,6 +423,11 @@ pub(crate) mod tests {
         let found = includes_of(&without_comments(text));
         let names: Vec<&str> = found.iter().map(|(name, ..)| name.as_str()).collect();
         assert_eq!(names, ["a.h"]);
+        // Unless that is empty.
+        let text = b"\\\n#include \"a.h\"\n /* why */ \\ \n \\\n # include <b.h>\n";
+        let found = includes_of(&without_comments(text));
+        let names: Vec<&str> = found.iter().map(|(name, ..)| name.as_str()).collect();
+        assert_eq!(names, ["a.h", "b.h"]);
     }
 
     #[test]

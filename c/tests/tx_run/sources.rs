@@ -736,6 +736,21 @@ fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_wit
     let ended = status(&["sdk/libmine.so"], &[]);
     assert_eq!(ended.status, Some(1), "{ended:?}");
     assert!(ended.err.contains("would not get sdk/libmine.so"), "{}", ended.err);
+    // A library of the program may have any name, and what is only for the linker another place.
+    shared_library(&at("part.c"), &at("sdk/librt.so"), &["-Wl,-soname,librt.so"]);
+    std::fs::create_dir_all(at("real")).unwrap();
+    shared_library(&at("part.c"), &at("real/libmine.so.9"), &["-Wl,-soname,libmine.so.9"]);
+    shared_library(&at("part.c"), &at("sdk/libmine.so"), &["-Wl,-soname,libmine.so.9"]);
+    let real = at("real").display().to_string();
+    for (arguments, variables) in [
+        (&["-L", "sdk", "-l", "rt"][..], &[][..]),
+        (&["-L", "sdk", "-L", "real", "-l", "mine"], &[]),
+        (&["-L", "sdk", "-l", "mine"], &[("LD_LIBRARY_PATH", &*real)]),
+    ] {
+        let ended = status(arguments, variables);
+        assert_eq!(ended.status, Some(1), "{arguments:?} {ended:?}");
+        assert!(ended.err.contains("has ended with the exit status 1"), "{}", ended.err);
+    }
     // Whatever the order is, one of them is another one.
     write(folder.path(), "m.c", both);
     library("b", "other", 80);
