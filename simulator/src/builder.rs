@@ -373,6 +373,7 @@ impl SimulatedTxtBuilder {
             i2c_port: i2c_listener.local_addr()?.port(),
             shared: Arc::new(Shared::new(machine, self.subject.clone())),
             alive,
+            end_by: None,
         };
         let port = |name, is_camera| Port::new(Arc::clone(&txt.shared), name, is_camera);
         let mut camera_port = port("camera", true)?;
@@ -403,10 +404,10 @@ impl SimulatedTxtBuilder {
             takes_its_time: self.strict && !self.lock_step && !self.pace.is_zero(),
         };
         // If a thread can't be spawned, dropping `txt` ends the earlier ones.
-        let lives = (&self.subject, &lives);
-        spawn("simulated-txt", lives, move || server.run())?;
-        spawn("simulated-camera", lives, move || camera.run())?;
-        spawn("simulated-i2c", lives, move || i2c.run())?;
+        let subject = &self.subject;
+        spawn("simulated-txt", subject, &lives, move || server.run())?;
+        spawn("simulated-camera", subject, &lives, move || camera.run())?;
+        spawn("simulated-i2c", subject, &lives, move || i2c.run())?;
         Ok(txt)
     }
 
@@ -435,7 +436,8 @@ fn name_bytes(name: &str) -> [u8; 16] {
 /// Starts a thread whose lines are about this simulated TXT. The sender ends with it.
 fn spawn(
     name: &str,
-    (subject, lives): (&Subject, &Sender<()>),
+    subject: &Subject,
+    lives: &Sender<()>,
     run: impl FnOnce() + Send + 'static,
 ) -> io::Result<()> {
     let (subject, lives) = (subject.clone(), lives.clone());

@@ -42,9 +42,9 @@ pub struct SimulatedFactory {
 impl Drop for SimulatedFactory {
     fn drop(&mut self) {
         let deadline = Instant::now() + END_LIMIT;
-        self.txts.iter().for_each(|(_, txt)| txt.shared.stop_until(deadline));
-        for (_, txt) in &self.txts {
-            let _ = txt.alive.recv_deadline(deadline);
+        for (_, txt) in &mut self.txts {
+            txt.end_by = Some(deadline);
+            txt.shared.stop_until(deadline);
         }
     }
 }

@@ -162,6 +162,8 @@ pub struct SimulatedTxt {
     shared: Arc<Shared>,
     /// Ends with the last of its threads.
     alive: Receiver<()>,
+    /// How long a drop may take, if it is one of several that are dropped.
+    end_by: Option<Instant>,
 }
 
 impl SimulatedTxt {
@@ -213,7 +215,7 @@ const END_LIMIT: Duration = Duration::from_secs(1);
 
 impl Drop for SimulatedTxt {
     fn drop(&mut self) {
-        let deadline = Instant::now() + END_LIMIT;
+        let deadline = self.end_by.unwrap_or_else(|| Instant::now() + END_LIMIT);
         self.shared.stop_until(deadline);
         // Nothing is sent: the senders end with the threads.
         let _ = self.alive.recv_deadline(deadline);

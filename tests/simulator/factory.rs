@@ -1,16 +1,19 @@
 //! Several controllers whose worlds share workpieces: stepped, and over real sockets.
 
 use std::net::TcpListener;
+use std::sync::mpsc;
+use std::thread;
 use std::time::Duration;
 
 use ft_transfer_area::tx::{Input, Motor, Output};
+use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area_simulator::world::{
     Belt, Board, Factory, MotorModel, Piece, Place, Plug, Sensor, Whereabouts, World,
 };
 use ft_transfer_area_simulator::{Error, SimulatedFactory};
 
 use crate::program::{sentences, Axes, Program, Turn};
-use crate::wire_client::Client;
+use crate::wire_client::{Client, LIMIT};
 
 /// Programs for the controllers of the shipped factory: warehouse, robot, processing, sorting.
 fn programs() -> [Program; 4] {
@@ -244,4 +247,31 @@ fn a_factory_with_a_mistake_starts_nothing() {
     let sentence = error.to_string();
     assert!(sentence.contains("controllers.0.master.motors.M1.belt.end"), "{sentence}");
     assert!(sentence.contains("there are entry, second.bin"), "{sentence}");
+}
+
+/// Each of them has a script that does not return.
+#[test]
+fn many_that_wait_take_no_longer_to_end_than_one() {
+    let worlds = (0..20).fold(Factory::new(), |factory, number| {
+        factory.controller(&format!("txt{number}"), World::new())
+    });
+    let (runs, running) = mpsc::channel();
+    let factory = SimulatedFactory::start(worlds, 0, |_, builder| {
+        let runs = runs.clone();
+        builder.pace(Duration::ZERO).on_exchange(move |_| {
+            let _ = runs.send(());
+            thread::park_timeout(Duration::from_secs(120));
+        })
+    });
+    let factory = factory.unwrap();
+    for (_, txt) in factory.txts() {
+        Client::online(txt).send_exchange(&ExchangeData::default());
+        running.recv_timeout(LIMIT).unwrap();
+    }
+    let (sender, dropped) = mpsc::channel();
+    thread::spawn(move || {
+        drop(factory);
+        sender.send(())
+    });
+    assert_eq!(dropped.recv_timeout(LIMIT), Ok(()), "each is waited for");
 }

@@ -1,6 +1,7 @@
 //! What the threads of a simulated TXT and its owner share.
 
 use std::fmt;
+use std::mem;
 use std::time::{Duration, Instant};
 
 use mio::Waker;
@@ -150,7 +151,9 @@ impl Shared {
     pub(crate) fn stop_until(&self, deadline: Instant) {
         /// Longer than a thread needs that only looks at the machine.
         const LEAST: Duration = Duration::from_millis(10);
-        *self.stopping.lock() = true;
+        if mem::replace(&mut *self.stopping.lock(), true) {
+            return;
+        }
         self.stopped.notify_all();
         // The camera's thread may have checked this and not wait yet: it has the machine until then.
         drop(self.machine.try_lock_until(deadline.max(Instant::now() + LEAST)));
