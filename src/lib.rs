@@ -117,7 +117,8 @@ pub mod fuzzing;
 pub mod guide;
 mod handler;
 mod i2c;
-mod notices;
+#[doc(hidden)]
+pub mod notices;
 mod pause;
 pub mod prelude;
 mod statistics;

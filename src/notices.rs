@@ -1,7 +1,7 @@
 //! Lines for the program's logger, written by a thread of their own.
 //!
 //! A logger may block, as when the terminal is paused or a pipe is full, and it may panic. Nothing that stops
-//! motors must wait for it. So the threads of this crate leave their lines here, which never blocks. The
+//! motors must wait for it. So the threads of this crate and of the recorder leave their lines here, which never blocks. The
 //! thread that writes them is started for the first line, and ends when none is left.
 
 use std::collections::VecDeque;
@@ -45,8 +45,8 @@ macro_rules! notice {
 }
 pub(crate) use notice;
 
-/// Leaves a line for the logger.
-pub(crate) fn leave(level: Level, target: &'static str, text: fmt::Arguments<'_>) {
+/// Leaves a line for the logger: a module and a text. Never blocks; without room the line is counted, and left out.
+pub fn leave(level: Level, target: &'static str, text: fmt::Arguments<'_>) {
     if level <= log::max_level() {
         push(Line { level, target, text: text.to_string(), to_logger: true, missing: 0 });
     }
@@ -59,7 +59,7 @@ pub(crate) fn warn_always(target: &'static str, text: fmt::Arguments<'_>) {
 }
 
 /// Waits until all lines are written, but not longer than `limit`.
-pub(crate) fn flush(limit: Duration) {
+pub fn flush(limit: Duration) {
     let deadline = Instant::now() + limit;
     let mut queue = QUEUE.lock();
     while queue.is_written && !ALL_WRITTEN.wait_until(&mut queue, deadline).timed_out() {}

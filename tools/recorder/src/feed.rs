@@ -5,10 +5,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crossbeam_channel::{bounded, Receiver, Sender};
+use ft_transfer_area::notices::leave;
 use ft_transfer_area::{LogEntry, Logged, LoggedCycle};
+use log::Level;
 
 use crate::format::{RecordedEvent, Transfer};
-use crate::say::say;
 
 /// Takes cycles into a recording that has no handler; made by [`Recorder::fed`](crate::Recorder::fed). Nothing of
 /// it waits for the disk: what has no room is lost, and the next entry has the number of lost ones.
@@ -67,8 +68,9 @@ impl FedEntry {
                 Fed::Transfer { at, what: Transfer::Failed((&error).into()) }
             }
             other => {
-                let text = format!("this recorder is too old for {other:?}, which is not recorded");
-                say(log::Level::Warn, text);
+                let text =
+                    format_args!("this recorder is too old for {other:?}, which is not recorded");
+                leave(Level::Warn, module_path!(), text);
                 return None;
             }
         };

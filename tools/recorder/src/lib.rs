@@ -27,7 +27,6 @@ mod parts;
 mod reader;
 mod recorder;
 mod records;
-mod say;
 mod source;
 mod target;
 mod under_way;

@@ -6,10 +6,10 @@ use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use ft_transfer_area::notices::leave;
 use log::Level;
 
 use crate::file::{create_alone, hold};
-use crate::say::say;
 
 /// When a recording goes on in a new file, and how much of it is kept.
 ///
@@ -169,7 +169,8 @@ impl Files {
                 Ok(()) => {}
                 Err(error) if error.kind() == ErrorKind::NotFound => {}
                 Err(error) => {
-                    say(Level::Warn, format!("{} can't be deleted: {error}", oldest.display()));
+                    let text = format_args!("{} can't be deleted: {error}", oldest.display());
+                    leave(Level::Warn, module_path!(), text);
                 }
             }
         }
@@ -216,6 +217,10 @@ fn number_in(file: &str, [stem, end]: &[String; 2]) -> Option<u64> {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::mpsc::{sync_channel, Receiver, SyncSender};
+    use std::sync::Mutex;
+    use std::thread;
+
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {
@@ -224,6 +229,50 @@ mod tests {
             entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
+    }
+
+    /// A logger that blocks at the line of the test below.
+    struct Blocking(Mutex<Receiver<()>>, SyncSender<()>);
+
+    impl log::Log for Blocking {
+        fn enabled(&self, _: &log::Metadata<'_>) -> bool {
+            true
+        }
+
+        fn log(&self, record: &log::Record<'_>) {
+            if record
+                .args()
+                .to_string()
+                .contains("run-0001.mcap can't be deleted: it is another file")
+            {
+                self.1.send(()).unwrap();
+                let _ = self.0.lock().unwrap().recv();
+            }
+        }
+
+        fn flush(&self) {}
+    }
+
+    #[test]
+    fn a_logger_that_blocks_does_not_stop_who_tells_what_can_t_be_deleted() {
+        let ((go_on, goes_on), (tells, told)) = (sync_channel(1), sync_channel(1));
+        log::set_logger(Box::leak(Box::new(Blocking(Mutex::new(goes_on), tells)))).unwrap();
+        log::set_max_level(log::LevelFilter::Warn);
+        let folder = tempfile::tempdir().unwrap();
+        let parts = Parts::of_bytes(1 << 40).keep(100_000);
+        let mut files = Files::beside(&folder.path().join("run.mcap"), parts).unwrap();
+        let (path, _) = files.make().unwrap();
+        // Of another size than what was made.
+        files.done(path, 100_000);
+        let (done, is_done) = sync_channel(1);
+        thread::spawn(move || {
+            files.delete_oldest(100_000);
+            done.send(()).unwrap();
+        });
+        let limit = Duration::from_secs(30);
+        told.recv_timeout(limit).unwrap();
+        is_done.recv_timeout(limit).unwrap();
+        drop(go_on);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError};
+use ft_transfer_area::notices;
 use ft_transfer_area::{
     CameraFrame, CycleLog, EventKind, Events, IoError, LogEntry, LoggedCycle, Statistics,
     TimedEvent, TransferAreaComHandler, TransferAreas,
@@ -21,7 +22,6 @@ use crate::file;
 use crate::format::Transfer;
 use crate::history::Follow;
 use crate::parts::Parts;
-use crate::say::{self, say};
 use crate::target::Target;
 use crate::under_way::UnderWay;
 use crate::writer::Losses;
@@ -36,6 +36,9 @@ const STATISTICS: Duration = Duration::from_secs(1);
 
 /// How long the beginning and the end of a recording may take. A disk that takes nothing for so long stands still.
 const DISK_LIMIT: Duration = Duration::from_secs(5);
+
+/// How long the end waits for a logger that blocks.
+const LAST_LINES: Duration = Duration::from_millis(100);
 
 /// How many names wait for the disk.
 const RENAMES: usize = 16;
@@ -553,8 +556,9 @@ fn block_size_signal() {
         let mut signals = SigSet::empty();
         signals.add(Signal::SIGXFSZ);
         if let Err(error) = signals.thread_block() {
-            let text = format!("a limit for the size of files would end this program: {error}");
-            say(Level::Warn, text);
+            let text =
+                format_args!("a limit for the size of files would end this program: {error}");
+            notices::leave(Level::Warn, module_path!(), text);
         }
     }
 }
@@ -622,10 +626,10 @@ impl Worker {
                 let path = self.state.path();
                 let text = format!("nothing more is recorded into {}: {cause}", path.display());
                 *self.state.failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(cause);
-                say(Level::Error, text);
+                notices::leave(Level::Error, module_path!(), format_args!("{text}"));
             }
         }
-        say::finish();
+        notices::flush(LAST_LINES);
     }
 
     /// Records until the recorder or the handler ends, then what has come in until then.
