@@ -80,23 +80,23 @@ pub(crate) struct Followed {
 }
 
 impl Followed {
-    pub(crate) fn online(&mut self, connection: u64) {
-        self.displace();
-        self.displaced.remove(&connection);
-        self.drives = Some(connection);
-    }
-
-    pub(crate) fn closed(&mut self, connection: u64) {
-        self.displaced.remove(&connection);
-    }
-
-    /// Another one goes online.
-    pub(crate) fn displace(&mut self) {
-        self.displaced.extend(self.drives.take());
-    }
-
-    pub(crate) fn offline(&mut self) {
-        self.drives = None;
+    /// Takes in what has happened on the main port.
+    pub(crate) fn take(&mut self, seen: &Seen) {
+        let connection = seen.connection;
+        match seen.what {
+            Happened::Online => {
+                self.displaced.extend(self.drives);
+                self.displaced.remove(&connection);
+                self.drives = Some(connection);
+            }
+            Happened::Offline(_) => {
+                self.drives.take_if(|drives| *drives == connection);
+            }
+            Happened::Closed => {
+                self.displaced.remove(&connection);
+            }
+            _ => {}
+        }
     }
 
     /// The one that is online.
@@ -402,45 +402,53 @@ pub(crate) struct I2cExchange {
 mod tests {
     use super::*;
 
+    fn seen(connection: u64, what: Happened) -> Seen {
+        Seen { line: Line::Main, connection, at: Instant::now(), what }
+    }
+
+    const OFFLINE: Happened = Happened::Offline(Farewell::Answered);
+
     #[test]
     fn what_an_older_connection_goes_on_with_is_not_followed() {
         let mut followed = Followed::default();
-        let is_other = |followed: &Followed, connection, what| {
-            followed.is_other(&Seen { line: Line::Main, connection, at: Instant::now(), what })
-        };
+        let is_other =
+            |followed: &Followed, connection, what| followed.is_other(&seen(connection, what));
         assert!(!is_other(&followed, 1, Happened::Missed), "nobody was online");
-        followed.online(1);
+        followed.take(&seen(1, Happened::Online));
         assert!(is_other(&followed, 2, Happened::Missed));
-        followed.online(2);
+        followed.take(&seen(2, Happened::Online));
         assert!(is_other(&followed, 1, Happened::Missed));
-        followed.offline();
+        followed.take(&seen(1, OFFLINE));
+        assert!(followed.drives(), "it is the other one that drives");
+        followed.take(&seen(2, OFFLINE));
         assert!(is_other(&followed, 1, Happened::Missed), "that program has lost its controller");
         let halted = Happened::Halted { gone: Gone::Closed, error: None };
         assert!(!is_other(&followed, 1, halted), "its motors are stopped");
         assert!(!is_other(&followed, 2, Happened::Missed));
         assert!(!is_other(&followed, 3, Happened::Missed), "it may go online");
-        followed.online(1);
+        followed.take(&seen(1, Happened::Online));
         assert!(!is_other(&followed, 1, Happened::Missed));
     }
 
     #[test]
     fn a_program_that_another_one_has_displaced_is_another_one_whatever_its_number() {
-        let seen = |connection| {
-            let (at, line, what) = (Instant::now(), Line::Main, Happened::Missed);
-            Seen { at, line, connection, what }
-        };
         let mut followed = Followed::default();
-        followed.online(2);
-        followed.online(1);
-        assert!(followed.is_other(&seen(2)) && !followed.is_other(&seen(1)));
-        followed.offline();
-        assert!(followed.is_other(&seen(2)) && !followed.is_other(&seen(1)));
+        let is_other = |followed: &Followed, connection| {
+            followed.is_other(&seen(connection, Happened::Missed))
+        };
+        followed.take(&seen(2, Happened::Online));
+        followed.take(&seen(1, Happened::Online));
+        assert!(is_other(&followed, 2) && !is_other(&followed, 1));
+        followed.take(&seen(1, OFFLINE));
+        assert!(is_other(&followed, 2) && !is_other(&followed, 1));
         // A program that was not online yet may be the next one, also when it has connected before.
-        assert!(!followed.is_other(&seen(3)) && !followed.is_other(&seen(0)));
-        followed.online(2);
-        followed.offline();
-        assert!(!followed.is_other(&seen(2)));
-        followed.closed(2);
+        assert!(!is_other(&followed, 3) && !is_other(&followed, 0));
+        followed.take(&seen(2, Happened::Online));
+        followed.take(&seen(2, OFFLINE));
+        assert!(!is_other(&followed, 2));
+        followed.take(&seen(2, Happened::Online));
+        followed.take(&seen(1, Happened::Online));
+        followed.take(&seen(2, Happened::Closed));
         assert!(followed.displaced.is_empty());
     }
 }

@@ -151,14 +151,12 @@ impl Watched {
         match &seen.what {
             Happened::Connected(_) => self.programs += 1,
             Happened::Closed => {
-                self.followed.closed(seen.connection);
                 self.programs = self.programs.saturating_sub(1);
                 self.unclear.take_if(|number| *number == seen.connection);
             }
             Happened::Online => {
                 // A controller has one client: the one before has lost it.
                 self.gaps += u64::from(self.followed.drives() && !is_shown);
-                self.followed.online(seen.connection);
                 self.controller = self.said.of(seen.connection);
                 (self.error, self.unclear, self.beside) = (None, None, None);
                 self.forget();
@@ -179,7 +177,6 @@ impl Watched {
             }
             Happened::Command(_) => self.commands += u64::from(self.followed.drives()),
             Happened::Offline(farewell) => {
-                self.followed.offline();
                 self.gaps += u64::from(*farewell != Farewell::Answered);
                 self.histogram.interrupt();
             }
@@ -201,6 +198,7 @@ impl Watched {
             | Happened::Picture(_)
             | Happened::I2c(_) => {}
         }
+        self.followed.take(seen);
     }
 
     /// Nothing of the program before is shown any more.

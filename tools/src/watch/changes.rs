@@ -113,7 +113,6 @@ impl Changes {
     }
 
     pub(super) fn take(&mut self, seen: &Seen) {
-        self.is_full = false;
         let line = seen.line.name();
         let value = match &seen.what {
             Happened::Cycle(cycle) => return self.areas(seen, &cycle.areas, Some(cycle.number)),
@@ -175,6 +174,7 @@ impl Changes {
 
     /// The changes of a cycle, or of what was sent without an answer.
     fn areas(&mut self, seen: &Seen, areas: &[FishX1Transfer], cycle: Option<u64>) {
+        self.is_full = false;
         let alive = areas.first().map_or([0; 8], |master| master.state.io_slave_alive);
         let mut last = self.seen.remove(&seen.connection).unwrap_or_default();
         last.resize_with(last.len().max(areas.len()), Vec::new);
@@ -205,6 +205,7 @@ impl Changes {
     /// Prints a value with the number of its cycle, or says that it has none.
     fn print(&mut self, seen: &Seen, area: usize, value: Value, cycle: Option<u64>) -> Printed {
         let had_room = !self.is_full && self.try_put(seen, self.line(area, &value, cycle));
+        self.is_full = !had_room;
         Printed { value, is_answered: cycle.is_some(), had_room }
     }
 
@@ -244,11 +245,11 @@ impl Changes {
             true => self.lines.room(),
             false => self.lines.room() / KEPT_OF * (KEPT_OF - 1),
         };
-        self.is_full = !self.lines.put_below(line, bytes, room);
-        if !self.is_full {
+        let had_room = self.lines.put_below(line, bytes, room);
+        if had_room {
             self.lost = 0;
         }
-        !self.is_full
+        had_room
     }
 }
 

@@ -367,14 +367,7 @@ enum Once {
 
 impl Notes {
     fn take(&mut self, seen: &Seen) {
-        match seen.what {
-            Happened::Online => self.followed.online(seen.connection),
-            Happened::Closed => self.followed.closed(seen.connection),
-            Happened::Offline(_) if !self.followed.is_other(seen) => {
-                self.followed.offline();
-            }
-            _ => {}
-        }
+        self.followed.take(seen);
         let is_other = seen.line == Line::Main && self.followed.is_other(seen);
         // The page shows nothing of it.
         let whose = if is_other {

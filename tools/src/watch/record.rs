@@ -178,15 +178,11 @@ impl Record {
 
     pub(super) fn take(&mut self, seen: &Seen) {
         self.controllers.take(seen);
-        if matches!(seen.what, Happened::Closed) {
-            self.followed.closed(seen.connection);
-        }
         match seen.line {
             Line::Main if !self.followed.is_other(seen) => self.of_main(seen),
             Line::Main if matches!(seen.what, Happened::Online) => {
                 if self.followed.drives() {
                     self.ended(seen.at, End::OtherOnline);
-                    self.followed.displace();
                 }
                 self.of_main(seen);
             }
@@ -200,6 +196,7 @@ impl Record {
                 }
             }
         }
+        self.followed.take(seen);
     }
 
     /// What is to be done from time to time.
@@ -214,11 +211,10 @@ impl Record {
     fn of_main(&mut self, seen: &Seen) {
         match &seen.what {
             Happened::Online => {
-                if self.followed.drives() && !self.begins {
+                if self.followed.driving() == Some(seen.connection) && !self.begins {
                     self.ended(seen.at, End::OnlineAgain);
                 }
                 self.begins = true;
-                self.followed.online(seen.connection);
                 (self.unclear, self.halted, self.unanswered) = Default::default();
                 self.statistics = Statistics::default();
                 self.beyond = Beyond::default();
@@ -244,10 +240,7 @@ impl Record {
                     self.into.transfer(seen.at, Transfer::EndedBy(failure));
                 }
             }
-            Happened::Offline(farewell) => {
-                self.ended(seen.at, End::Offline(*farewell));
-                self.followed.offline();
-            }
+            Happened::Offline(farewell) => self.ended(seen.at, End::Offline(*farewell)),
             Happened::Command(_) => {
                 if let Some(Unanswered { until, .. }) = &mut self.unanswered {
                     until.get_or_insert(seen.at);
