@@ -24,6 +24,11 @@ pub(super) struct Answering {
 }
 
 impl Answering {
+    /// The controller that answers now.
+    pub(super) fn now(&self) -> &Controller {
+        &self.now
+    }
+
     /// The controller that answers from this on, if it is the first or another one than before, and that one.
     pub(super) fn take(&mut self, transfer: &Transfer) -> Option<(&Controller, Controller)> {
         let (device_name, firmware, address) = match transfer {

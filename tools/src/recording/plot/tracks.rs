@@ -6,6 +6,7 @@ use anyhow::bail;
 use ft_transfer_area::EventKind;
 use ft_transfer_area_recorder::{Column, Cycle, Entry, Recorded, Transfer};
 
+use super::super::answering::Answering;
 use super::super::clock::Clock;
 use super::super::survey::LISTED_CONTROLLERS;
 use super::draw::{Line, Panel, Picture};
@@ -50,8 +51,7 @@ pub(super) struct Tracks {
     apart: f64,
     /// What is unusual, if that is drawn.
     marks: Option<Marks>,
-    /// The one that answers now, with an empty name if it was not asked.
-    answering: String,
+    answering: Answering,
     /// The names of those that answer in the picture: the first ones, and whether there are others.
     controllers: Vec<String>,
     has_others: bool,
@@ -82,7 +82,7 @@ impl Tracks {
             ticks: Vec::new(),
             apart: 0.0,
             marks: None,
-            answering: String::new(),
+            answering: Answering::default(),
             controllers: Vec::new(),
             has_others: false,
         }
@@ -168,10 +168,8 @@ impl Tracks {
     }
 
     fn take_transfer(&mut self, at: f64, reported: Transfer) {
+        self.answering.take(&reported);
         match reported {
-            Transfer::Began { device_name, .. } | Transfer::Restored { device_name, .. } => {
-                self.answering = device_name;
-            }
             Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_) => self.lose(at),
             Transfer::NotRecorded { .. } => self.has_lost = true,
             _ => {}
@@ -180,11 +178,12 @@ impl Tracks {
 
     /// Notes who answers in the picture.
     fn note_controller(&mut self) {
-        if self.controllers.contains(&self.answering) {
+        let name = &self.answering.now().device_name;
+        if self.controllers.contains(name) {
             return;
         }
         match self.controllers.len() < LISTED_CONTROLLERS {
-            true => self.controllers.push(self.answering.clone()),
+            true => self.controllers.push(name.clone()),
             false => self.has_others = true,
         }
     }
@@ -410,7 +409,8 @@ mod tests {
     fn of_many_controllers_the_title_names_the_first_ones() {
         let mut tracks = Tracks::new(Vec::new(), Names::default(), 0.0..f64::MAX);
         let mut answers = |name: String| {
-            tracks.answering = name;
+            let began = serde_json::json!({"what": "began", "device_name": name, "firmware": "", "address": "", "areas": 1});
+            tracks.take_transfer(0.0, serde_json::from_value(began).unwrap());
             tracks.note_controller();
             tracks.title("run.mcap", None)
         };
