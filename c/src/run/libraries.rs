@@ -174,20 +174,17 @@ pub(crate) fn check(
     // Where it can't be started, as for another processor, the start tells why.
     let listed = signals::output_of(Command::new(loader).arg("--list").arg(program));
     let Ok(said) = listed else { return Ok(()) };
-    let is_named = |file: &Path| folders.iter().any(|folder| is_same(folder_of(file), folder));
     for (name, file) in said.stdout.split(|byte| *byte == b'\n').filter_map(found) {
         let is_ours = is_same(folder_of(&file), ours) && !is_in_system(&file);
+        let is_led = is_ours || folders.iter().any(|folder| is_same(folder_of(&file), folder));
         let taken = libraries.iter().find(|library| *library.name == *name);
         let is_wrong = match taken {
             Some(taken) if taken.is(&file) => false,
-            Some(taken) if taken.is_of_system() => is_named(&file) || is_ours,
+            Some(taken) if taken.is_of_system() => is_led,
             // One that is only for the linker.
             Some(taken) if taken.place().is_none() => is_below_system(&file),
-            Some(_) => {
-                // Our own library needs those of the compiler, too.
-                let is_other = is_below_system(&file) && !is_of_each_program(&name);
-                is_named(&file) || is_ours || is_other
-            }
+            // Our own library needs those of the compiler, too.
+            Some(_) => is_led || (is_below_system(&file) && !is_of_each_program(&name)),
             None => is_ours && is_of_each_program(&name),
         };
         if is_wrong {
@@ -227,7 +224,8 @@ fn loader_of(program: &Path) -> Option<PathBuf> {
         _ => return None,
     };
     // They know `--list`. Another one would start the program.
-    loader.file_name()?.as_encoded_bytes().starts_with(b"ld").then_some(loader)
+    let name = loader.file_name()?.as_encoded_bytes();
+    ["ld-", "ld.so", "ld64.so"].iter().any(|it| name.starts_with(it.as_bytes())).then_some(loader)
 }
 
 fn loader_in<Elf: FileHeader<Endian = Endianness>>(parts: &ReadCache<File>) -> Option<PathBuf> {

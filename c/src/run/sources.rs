@@ -90,6 +90,9 @@ impl OwnFiles {
     ) -> Result<Self, (PathBuf, io::Error)> {
         let mut own = Self::default();
         for source in sources {
+            if own.files.contains_key(source) {
+                continue;
+            }
             let text = read::file(source).map_err(|error| (source.to_owned(), error))?;
             let mut rest = own.add(source.to_owned(), text, folders);
             while let Some(file) = rest.pop() {
