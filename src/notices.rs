@@ -1,8 +1,8 @@
 //! Lines for the program's logger, written by a thread of their own.
 //!
 //! A logger may block, as when the terminal is paused or a pipe is full, and it may panic. Nothing that stops
-//! motors must wait for it. So the threads of this crate and of the recorder leave their lines here, which never blocks. The
-//! thread that writes them is started for the first line, and ends when none is left.
+//! motors must wait for it. So the threads of this crate, of the recorder and of a simulated TXT leave their lines here,
+//! which never blocks. The thread that writes them is started for the first line, and ends when none is left.
 
 use std::collections::VecDeque;
 use std::fmt;

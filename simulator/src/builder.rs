@@ -17,7 +17,7 @@ use crate::camera::{CameraConnection, Clients};
 use crate::error::Error;
 use crate::fault::{Fault, DELAYS};
 use crate::i2c::server::I2cServer;
-use crate::machine::journal::{self, notice, KeptLines, Subject};
+use crate::machine::journal::{notice, About, Subject};
 use crate::machine::Machine;
 use crate::server::faults::Faults;
 use crate::server::port::{Port, WRITE_LIMIT};
@@ -339,7 +339,7 @@ impl SimulatedTxtBuilder {
         }
         if extensions < in_world {
             let first = extensions + 1;
-            let _kept_lines = KeptLines::begin(self.subject.clone());
+            let _about = About::begin(self.subject.clone());
             notice!(Warn, "the world's extensions from {first} on are left out");
         }
         match (world, self.floor.take()) {
@@ -443,7 +443,7 @@ fn spawn(
     let (subject, lives) = (subject.clone(), lives.clone());
     let run = move || {
         let _lives = lives;
-        journal::set_subject(subject);
+        let _about = About::begin(subject);
         if catch_unwind(AssertUnwindSafe(run)).is_err() {
             notice!(Error, "a thread of the simulated TXT panicked, perhaps in its script");
         }

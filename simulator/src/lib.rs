@@ -136,6 +136,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::Receiver;
+use ft_transfer_area::notices;
 
 pub use builder::SimulatedTxtBuilder;
 pub use camera::CameraConnection;
@@ -150,8 +151,9 @@ use server::shared::Shared;
 /// A simulated TXT, listening on 127.0.0.1 until it is dropped.
 ///
 /// Dropping it closes the connections and waits for its threads. They end at once, except that a running
-/// [script](SimulatedTxtBuilder::on_exchange), the encoder of a camera picture and a logger that blocks are waited for:
-/// 1 s in all, also of all in a [`SimulatedFactory`]. After that they end by themselves.
+/// [script](SimulatedTxtBuilder::on_exchange) and the encoder of a camera picture are waited for: 1 s in all, also of all
+/// in a [`SimulatedFactory`]. After that they end by themselves. A logger that blocks has 0.1 s for the last lines, but
+/// holds up no simulated TXT.
 ///
 /// It has three threads, one for each port. A thread that has nothing to do sleeps until something comes or is
 /// due. So hundreds of simulated TXTs can be in one program; each needs about 10 open files on Linux.
@@ -213,12 +215,16 @@ impl SimulatedTxt {
 /// How long a drop waits for threads.
 const END_LIMIT: Duration = Duration::from_secs(1);
 
+/// How long it waits for the logger then, so that a program that ends has its last lines.
+const LAST_LINES: Duration = Duration::from_millis(100);
+
 impl Drop for SimulatedTxt {
     fn drop(&mut self) {
         let deadline = self.end_by.unwrap_or_else(|| Instant::now() + END_LIMIT);
         self.shared.stop_until(deadline);
         // Nothing is sent: the senders end with the threads.
         let _ = self.alive.recv_deadline(deadline);
+        notices::flush(LAST_LINES.min(deadline.saturating_duration_since(Instant::now())));
     }
 }
 

@@ -1,72 +1,42 @@
 //! What a simulated TXT logs.
 //!
-//! A logger may block, as on a terminal after Ctrl-S. So a thread that has locked the machine of a simulated TXT keeps
-//! its lines until it has unlocked it. A simulated TXT that has a name for this begins each of its lines with it.
+//! A simulated TXT that has a name for this begins each of its lines with it. A logger may block, as on a terminal after
+//! Ctrl-S, so the thread of the library that writes its own lines writes these, too.
 
 use std::cell::RefCell;
 use std::fmt;
 use std::sync::Arc;
 
+use ft_transfer_area::notices;
 use ft_transfer_area::wire::ExchangeData;
 use log::Level;
 
 thread_local! {
-    /// The lines of this thread that are not logged yet; `None` while it has locked no machine.
-    static KEPT: RefCell<Option<Vec<Line>>> = const { RefCell::new(None) };
     /// The simulated TXT that this thread is busy with, if its lines begin with a name.
     static SUBJECT: RefCell<Subject> = const { RefCell::new(None) };
-}
-
-struct Line {
-    level: Level,
-    /// The module that logs it.
-    target: &'static str,
-    text: String,
-}
-
-impl Line {
-    fn log(&self) {
-        log::log!(target: self.target, self.level, "{}", self.text);
-    }
 }
 
 /// What the lines of a simulated TXT begin with.
 pub(crate) type Subject = Option<Arc<str>>;
 
-/// The lines of this thread are about this simulated TXT from now on. Returns which one they were about before.
-pub(crate) fn set_subject(subject: Subject) -> Subject {
-    SUBJECT.replace(subject)
-}
-
-/// While it exists, the lines of this thread are kept. They are logged when it is dropped.
-pub(crate) struct KeptLines {
-    /// A script may use the machine of another simulated TXT, while that of its own is locked.
-    is_outermost: bool,
-    /// What the thread was busy with before.
+/// While it exists, the lines of this thread are about another simulated TXT than before.
+pub(crate) struct About {
     before: Subject,
 }
 
-impl KeptLines {
-    /// The lines are about this simulated TXT.
+impl About {
     pub(crate) fn begin(subject: Subject) -> Self {
-        let is_outermost = KEPT.with_borrow_mut(|kept| match kept {
-            Some(_) => false,
-            None => kept.insert(Vec::new()).is_empty(),
-        });
-        Self { is_outermost, before: set_subject(subject) }
+        Self { before: SUBJECT.replace(subject) }
     }
 }
 
-impl Drop for KeptLines {
+impl Drop for About {
     fn drop(&mut self) {
-        set_subject(self.before.take());
-        if self.is_outermost {
-            KEPT.take().into_iter().flatten().for_each(|line| line.log());
-        }
+        SUBJECT.set(self.before.take());
     }
 }
 
-/// Logs a line with this level, as `log`'s macros do, or keeps it while this thread has locked a machine.
+/// Leaves a line for the logger, with the level, as `log`'s macros do. Never blocks.
 macro_rules! notice {
     ($level:ident, $($text:tt)+) => {
         $crate::machine::journal::log(log::Level::$level, module_path!(), format_args!($($text)+))
@@ -76,31 +46,17 @@ pub(crate) use notice;
 
 /// What `notice!` does.
 pub(crate) fn log(level: Level, target: &'static str, text: fmt::Arguments<'_>) {
-    if !log::log_enabled!(target: target, level) {
-        return;
-    }
-    let text = SUBJECT.with_borrow(|subject| match subject {
-        Some(name) => format!("{name}: {text}"),
-        None => text.to_string(),
+    SUBJECT.with_borrow(|subject| match subject {
+        Some(name) => notices::leave(level, target, format_args!("{name}: {text}")),
+        None => notices::leave(level, target, text),
     });
-    let line = Line { level, target, text };
-    let line = KEPT.with_borrow_mut(|kept| match kept {
-        Some(lines) => {
-            lines.push(line);
-            None
-        }
-        None => Some(line),
-    });
-    if let Some(line) = line {
-        line.log();
-    }
 }
 
 /// Logs what these outputs of a controller change: switched motors, new commands.
 ///
 /// A duty is logged only when an output goes on or off, so that a control loop does not fill the log.
 pub(crate) fn log_changes(controller: usize, before: &ExchangeData, now: &ExchangeData) {
-    if log::log_enabled!(Level::Info) {
+    if Level::Info <= log::max_level() {
         for change in changes(before, now) {
             notice!(Info, "{}: {change}", Name(controller));
         }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use mio::Waker;
 use parking_lot::{Condvar, Mutex};
 
-use crate::machine::journal::{notice, KeptLines, Subject};
+use crate::machine::journal::{notice, About, Subject};
 use crate::machine::Machine;
 use crate::server::pause::Timing;
 use crate::END_LIMIT;
@@ -59,7 +59,7 @@ impl Shared {
 
     /// Logs an error of it, in a thread of the program.
     pub(crate) fn log_error(&self, line: fmt::Arguments<'_>) {
-        let _kept_lines = KeptLines::begin(self.subject.clone());
+        let _about = About::begin(self.subject.clone());
         notice!(Error, "{line}");
     }
 
@@ -71,8 +71,7 @@ impl Shared {
 
     /// Reads or changes the machine as it is now.
     pub(crate) fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
-        // Dropped after the machine is unlocked.
-        let kept_lines = KeptLines::begin(self.subject.clone());
+        let _about = About::begin(self.subject.clone());
         let mut machine = self.machine.lock();
         machine.catch_up();
         let (run, time) = (machine.camera_run(), machine.camera_time());
@@ -89,7 +88,6 @@ impl Shared {
         if is_other_session {
             self.wake(|thread| thread.follows);
         }
-        drop(kept_lines);
         result
     }
 
