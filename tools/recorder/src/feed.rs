@@ -10,6 +10,10 @@ use ft_transfer_area::{LogEntry, Logged, LoggedCycle};
 use log::Level;
 
 use crate::format::{RecordedEvent, Transfer};
+use crate::under_way::Told;
+
+/// So many messages about transfers have room beside the cycles.
+const OF_TRANSFERS: usize = 16;
 
 /// Takes cycles into a recording that has no handler; made by [`Recorder::fed`](crate::Recorder::fed). Nothing of
 /// it waits for the disk: what has no room is lost, and the next entry has the number of lost ones.
@@ -33,9 +37,12 @@ use crate::format::{RecordedEvent, Transfer};
 #[derive(Debug)]
 pub struct Feed {
     sender: Sender<FedEntry>,
+    /// For how many cycles there is room.
+    capacity: usize,
     lost: Arc<AtomicU64>,
     /// How many were lost since the last entry.
     lost_since: u64,
+    told: Told,
 }
 
 /// An entry, before which this number was lost.
@@ -89,27 +96,117 @@ impl FedEntry {
 impl Feed {
     /// A feed with room for this number of entries, its other end, and the number of those that had no room.
     pub(crate) fn channel(capacity: usize) -> (Self, Receiver<FedEntry>, Arc<AtomicU64>) {
-        let (sender, entries) = bounded(capacity);
+        let (sender, entries) = bounded(capacity + OF_TRANSFERS);
         let lost = Arc::new(AtomicU64::new(0));
-        (Self { sender, lost: Arc::clone(&lost), lost_since: 0 }, entries, lost)
+        let told = Told::default();
+        let feed = Self { sender, capacity, lost: Arc::clone(&lost), lost_since: 0, told };
+        (feed, entries, lost)
     }
 
     /// Records a cycle.
     pub fn cycle(&mut self, cycle: LoggedCycle) {
-        self.put(Fed::Cycle(cycle));
-    }
-
-    /// Records what has happened to a transfer.
-    pub fn transfer(&mut self, at: Instant, what: Transfer) {
-        self.put(Fed::Transfer { at, what });
-    }
-
-    fn put(&mut self, what: Fed) {
-        if self.sender.try_send(FedEntry { lost: self.lost_since, what }).is_ok() {
-            self.lost_since = 0;
-        } else {
-            self.lost_since += 1;
-            self.lost.fetch_add(1, Ordering::Relaxed);
+        let has_room = self.catch_up() && self.sender.len() < self.capacity;
+        if !(has_room && self.put(Fed::Cycle(cycle))) {
+            self.lose();
         }
+    }
+
+    /// Records what has happened to a transfer. It has room of its own; what has none is summed up when there is some.
+    pub fn transfer(&mut self, at: Instant, what: Transfer) {
+        let has_room = self.catch_up();
+        self.told.take(&what);
+        if !(has_room && self.put(Fed::Transfer { at, what })) {
+            self.lose();
+            self.told.miss(at);
+        }
+    }
+
+    /// Tells what had no room before. Returns whether there was room for that.
+    fn catch_up(&mut self) -> bool {
+        let missed = self.told.missed();
+        if self.sender.len() + missed.len() > self.capacity + OF_TRANSFERS {
+            return false;
+        }
+        for (at, what) in missed {
+            self.put(Fed::Transfer { at, what });
+        }
+        self.told.caught_up();
+        true
+    }
+
+    fn put(&mut self, what: Fed) -> bool {
+        let is_put = self.sender.try_send(FedEntry { lost: self.lost_since, what }).is_ok();
+        if is_put {
+            self.lost_since = 0;
+        }
+        is_put
+    }
+
+    fn lose(&mut self) {
+        self.lost_since += 1;
+        self.lost.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ft_transfer_area::FishX1Transfer;
+
+    use super::*;
+
+    fn began(name: &str) -> Transfer {
+        let [firmware, address] = [String::new(), String::new()];
+        Transfer::Began { device_name: name.into(), firmware, address, areas: 1 }
+    }
+
+    /// Hands in a cycle.
+    fn cycle(feed: &mut Feed) {
+        feed.cycle(LoggedCycle::new(1, &[FishX1Transfer::default()]));
+    }
+
+    /// What waits: of each entry how many were lost before, and the transfer that it is about.
+    fn waiting(entries: &Receiver<FedEntry>) -> Vec<(u64, Option<Transfer>)> {
+        let transfer = |what| match what {
+            Fed::Transfer { what, .. } => Some(what),
+            Fed::Cycle(_) | Fed::Event { .. } => None,
+        };
+        entries.try_iter().map(|entry| (entry.lost, transfer(entry.what))).collect()
+    }
+
+    #[test]
+    fn what_happens_to_transfers_has_room_where_cycles_have_none() {
+        let (mut feed, entries, lost) = Feed::channel(1);
+        (0..5).for_each(|_| cycle(&mut feed));
+        feed.transfer(Instant::now(), Transfer::Ended);
+        feed.transfer(Instant::now(), began("BETA"));
+        cycle(&mut feed);
+        let expected = [(0, None), (4, Some(Transfer::Ended)), (0, Some(began("BETA")))];
+        assert_eq!(waiting(&entries), expected);
+        cycle(&mut feed);
+        assert_eq!(waiting(&entries), [(1, None)]);
+        assert_eq!(lost.load(Ordering::Relaxed), 5);
+    }
+
+    #[test]
+    fn what_follows_a_transfer_that_had_no_room_is_of_the_newest_one() {
+        let (mut feed, entries, _lost) = Feed::channel(2);
+        feed.transfer(Instant::now(), began("ALPHA"));
+        for _ in 0..=OF_TRANSFERS {
+            feed.transfer(Instant::now(), Transfer::Ended);
+        }
+        feed.transfer(Instant::now(), began("BETA"));
+        cycle(&mut feed);
+        assert_eq!(waiting(&entries).len(), 2 + OF_TRANSFERS);
+        cycle(&mut feed);
+        assert_eq!(waiting(&entries), [(2, Some(began("BETA"))), (0, None)]);
+        // One that has ended meanwhile has ended.
+        for _ in 0..2 + OF_TRANSFERS {
+            feed.transfer(Instant::now(), began("GAMMA"));
+        }
+        feed.transfer(Instant::now(), Transfer::Ended);
+        waiting(&entries);
+        feed.transfer(Instant::now(), began("DELTA"));
+        let expected = [(1, Some(Transfer::Ended)), (0, Some(began("DELTA")))];
+        assert_eq!(waiting(&entries), expected);
     }
 }

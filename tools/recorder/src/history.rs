@@ -20,8 +20,10 @@ use crate::error::Error;
 use crate::feed::{Fed, FedEntry};
 use crate::format::Transfer;
 use crate::part::PARTS;
-use crate::under_way::UnderWay;
+use crate::under_way::{Told, UnderWay};
 
+/// How many bytes of messages about transfers have room beside the rest.
+const OF_TRANSFERS: usize = 64 << 10;
 /// How many cycles of a handler wait for the next [`History::take_in`]: about two and a half seconds. They take 2.5 MB.
 const WAITING: usize = 250;
 
@@ -93,6 +95,7 @@ struct Follower {
     lost_since: u64,
     /// Cycles were lost, so the next one needs more than what differs from them.
     needs_whole: bool,
+    told: Told,
 }
 
 impl History {
@@ -237,14 +240,16 @@ impl History {
         self.forget(now);
         let (sender, kept) = unbounded();
         let (waiting, lost) = (Arc::default(), Arc::default());
-        let follower = Follower {
+        let mut follower = Follower {
             sender,
             waiting: Arc::clone(&waiting),
             lost: Arc::clone(&lost),
             lost_since: 0,
             needs_whole: false,
+            told: Told::since(self.before.under_way.clone()),
         };
         for entry in &self.kept {
+            follower.told_of(entry);
             // It fits, as it does here. The other end is there.
             follower.put(Arc::clone(entry));
         }
@@ -271,10 +276,17 @@ impl History {
 impl Follower {
     /// Hands on the newest entry, with these numbers of all parts. It is lost when too much waits for the disk.
     fn hand_on(&mut self, kept: &Arc<Kept>, room: usize, newest: &[Vec<i32>]) {
-        if self.waiting.load(Ordering::Relaxed) + kept.bytes() > room {
+        let is_told = self.catch_up(room);
+        self.told_of(kept);
+        let is_transfer = matches!(kept.what, What::Transfer(_));
+        let room = if is_transfer { room + OF_TRANSFERS } else { room };
+        if !is_told || self.waiting.load(Ordering::Relaxed) + kept.bytes() > room {
             self.needs_whole |= matches!(kept.what, What::Cycle(_));
             self.lost_since += 1;
             self.lost.fetch_add(1, Ordering::Relaxed);
+            if is_transfer {
+                self.told.miss(kept.at);
+            }
             return;
         }
         if self.lost_since == 0 && !self.needs_whole {
@@ -290,6 +302,31 @@ impl Follower {
         };
         let lost = kept.lost + std::mem::take(&mut self.lost_since);
         self.put(Arc::new(Kept { at: kept.at, lost, what }));
+    }
+
+    /// Tells what had no room before. Returns whether there was room for that.
+    fn catch_up(&mut self, room: usize) -> bool {
+        let missed = self.told.missed();
+        if missed.is_empty() {
+            return true;
+        }
+        let waiting = self.waiting.load(Ordering::Relaxed);
+        let entry = |(at, what)| Kept { at, lost: 0, what: What::Transfer(what) };
+        let mut missed: Vec<Kept> = missed.into_iter().map(entry).collect();
+        let bytes: usize = missed.iter().map(Kept::bytes).sum();
+        if waiting > 0 && waiting + bytes > room + OF_TRANSFERS {
+            return false;
+        }
+        missed[0].lost = std::mem::take(&mut self.lost_since);
+        missed.into_iter().for_each(|kept| self.put(Arc::new(kept)));
+        self.told.caught_up();
+        true
+    }
+
+    fn told_of(&mut self, kept: &Kept) {
+        if let What::Transfer(message) = &kept.what {
+            self.told.take(message);
+        }
     }
 
     fn put(&self, kept: Arc<Kept>) {

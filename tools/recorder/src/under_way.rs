@@ -1,5 +1,7 @@
 //! What a file has to begin with when a transfer runs already.
 
+use std::time::Instant;
+
 use ft_transfer_area::Statistics;
 
 use crate::format::Transfer;
@@ -52,5 +54,43 @@ impl UnderWay {
             Transfer::Failed(_) | Transfer::Ended | Transfer::EndedBy(_) => *self = Self::default(),
             Transfer::WatchdogExpired { .. } | Transfer::NotRecorded { .. } => {}
         }
+    }
+}
+
+/// What has happened to a transfer, for a queue that may be full. What had no room is told as soon as there is some:
+/// otherwise all that follows would be of the transfer before.
+#[derive(Debug, Default)]
+pub(crate) struct Told {
+    under_way: UnderWay,
+    /// When the last of it was that had no room.
+    missed: Option<Instant>,
+}
+
+impl Told {
+    pub(crate) fn since(under_way: UnderWay) -> Self {
+        Self { under_way, missed: None }
+    }
+
+    pub(crate) fn take(&mut self, message: &Transfer) {
+        self.under_way.take(message);
+    }
+
+    /// What was taken last had no room.
+    pub(crate) fn miss(&mut self, at: Instant) {
+        self.missed = Some(at);
+    }
+
+    /// What has to be told first; nothing if all was told.
+    pub(crate) fn missed(&self) -> Vec<(Instant, Transfer)> {
+        let Some(at) = self.missed else { return Vec::new() };
+        match self.under_way.messages() {
+            [] => vec![(at, Transfer::Ended)],
+            messages => messages.iter().map(|message| (at, message.clone())).collect(),
+        }
+    }
+
+    /// That was told.
+    pub(crate) fn caught_up(&mut self) {
+        self.missed = None;
     }
 }

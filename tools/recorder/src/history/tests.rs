@@ -124,6 +124,39 @@ fn what_a_slow_disk_has_no_room_for_is_counted_and_what_follows_is_right() {
 }
 
 #[test]
+fn what_follows_a_transfer_that_had_no_room_is_of_the_newest_one() {
+    let mut history = History::new(MINUTE, 20_000);
+    history.transfer(Instant::now(), began());
+    let mut follow = history.follow();
+    (1..=200).for_each(|number| history.cycle(&cycle(number, &[0], Duration::ZERO)));
+    let other = |error: &str| {
+        Transfer::Lost(crate::Failure { kind: crate::FailureKind::Other, error: error.to_owned() })
+    };
+    history.transfer(Instant::now(), other("it has room of its own"));
+    history.transfer(Instant::now(), other(&"x".repeat(OF_TRANSFERS)));
+    history.cycle(&cycle(201, &[0], Duration::ZERO));
+    let mut waiting = || -> Vec<Fed> {
+        std::iter::from_fn(|| follow.next().ok()).map(|entry| entry.what).collect()
+    };
+    let told = |entries: &[Fed]| -> Vec<Transfer> {
+        let transfers = entries.iter().filter_map(|entry| match entry {
+            Fed::Transfer { what, .. } => Some(what.clone()),
+            _ => None,
+        });
+        transfers.collect()
+    };
+    assert_eq!(told(&waiting()), [began(), other("it has room of its own")]);
+    history.cycle(&cycle(202, &[0], Duration::ZERO));
+    // It takes more room than there is for cycles.
+    let entries = waiting();
+    assert_eq!(entries.len(), 2);
+    assert_eq!(told(&entries), [began(), other(&"x".repeat(OF_TRANSFERS))]);
+    history.cycle(&cycle(203, &[0], Duration::ZERO));
+    let entries = waiting();
+    assert!(matches!(&entries[..], [Fed::Cycle(cycle)] if cycle.number == 203), "{entries:?}");
+}
+
+#[test]
 fn a_recorder_follows_it_until_it_has_ended() {
     let mut history = History::new(MINUTE, ROOM);
     let follow = history.follow();
