@@ -155,13 +155,17 @@ impl Watched {
                 self.unclear.take_if(|number| *number == seen.connection);
             }
             Happened::Online => {
-                // A controller has one client: the one before has lost it.
-                self.gaps += u64::from(self.followed.drives() && !is_shown);
                 self.controller = self.said.of(seen.connection);
                 (self.error, self.unclear, self.beside) = (None, None, None);
                 self.forget();
                 // StartOnline.
                 self.commands = 1;
+            }
+            Happened::Offline(farewell) => {
+                self.gaps += u64::from(*farewell != Farewell::Answered);
+                if is_shown {
+                    self.histogram.interrupt();
+                }
             }
             // What follows is only about the connection that drives.
             _ if !is_shown => {}
@@ -176,10 +180,6 @@ impl Watched {
                 self.controller = controller;
             }
             Happened::Command(_) => self.commands += u64::from(self.followed.drives()),
-            Happened::Offline(farewell) => {
-                self.gaps += u64::from(*farewell != Farewell::Answered);
-                self.histogram.interrupt();
-            }
             Happened::Cycle(cycle) => self.cycle(seen.at, cycle),
             Happened::Unanswered(them) => {
                 self.areas.clone_from(&them.areas);

@@ -427,3 +427,25 @@ fn what_becomes_of_a_program_that_another_one_displaces_is_told_as_its_own() {
     };
     assert_eq!(failure.error, "a program on another connection went online");
 }
+
+#[test]
+fn a_displaced_program_leaves_a_gap_only_if_it_does_not_end_properly() {
+    let both = [(); 2].map(|()| SimulatedTxt::builder().start().unwrap());
+    let gaps_after = |ends: fn(KitClient)| {
+        let address = pass_on_to_both([both[0].address(), both[1].address()]);
+        let watch = Watch::start(address, &[]);
+        let mut page = watch.page();
+        let mut first = KitClient::over(watch.connect());
+        first.exchange([1; 8]);
+        let mut second = KitClient::over(watch.connect());
+        second.exchange([2; 8]);
+        ends(first);
+        second.exchange([3; 8]);
+        page.state(0, is_running);
+        second.end();
+        let state = page.state(0, |state| state["link"]["phase"] == "idle");
+        state["link"]["gaps"].clone()
+    };
+    assert_eq!(gaps_after(|first| drop(first.end())), 0);
+    assert_eq!(gaps_after(drop), 1);
+}
