@@ -347,6 +347,22 @@ mod tests {
     }
 
     #[test]
+    fn too_many_ejectors_and_grippers_are_a_mistake() {
+        let place = "[[places]]\nname = \"p\"\n[[places]]\nname = \"q\"\n";
+        let ejector = "[[ejectors]]\nvalve = \"O5\"\nfrom = \"p\"\nto = \"q\"\n";
+        let ejectors = |count| [place, &ejector.repeat(count)].concat();
+        World::from_toml(&ejectors(1000)).unwrap();
+        let reason = mistake(&ejectors(1001)).1;
+        assert_eq!(reason, "ejectors.1000: expected at most 1000 ejectors in all");
+        let gripper = |number| {
+            format!("[[grippers]]\nname = \"g{number}\"\naxes = [\"M1\"]\nvacuum = {{ valve = \"O5\" }}\n")
+        };
+        let grippers = |count| -> String { (0..count).map(gripper).collect() };
+        let reason = mistake(&grippers(1001)).1;
+        assert_eq!(reason, "grippers.1000: expected at most 1000 grippers in all");
+    }
+
+    #[test]
     fn a_name_has_a_limit() {
         let named = |name: &str| {
             let name = format!("{name:?}");

@@ -16,8 +16,9 @@ use crate::world::World;
 /// A seat is at a place within this part of its slide's travel, unless the place says how near.
 const SEAT_REACH: f64 = 0.02;
 
-/// The most places. A machine looks at all workpieces for each one that a belt moves, in each millisecond.
-const MOST_PLACES: usize = 1000;
+/// The most places, ejectors and grippers, each. A machine looks at all workpieces for each one that a belt moves, for
+/// each ejector and for each gripper, in each millisecond.
+const MOST: usize = 1000;
 
 /// A floor, and what each machine has to do with it.
 #[derive(Debug)]
@@ -51,9 +52,7 @@ impl Plan {
         };
         for (index, (_, world)) in worlds.iter().enumerate() {
             for (number, place) in world.places.iter().enumerate() {
-                let is_room = plan.floor.spots.len() < MOST_PLACES;
-                let reason = || format!("expected at most {MOST_PLACES} places in all");
-                at("places", at(number, expect(is_room, reason)))
+                at("places", at(number, room(plan.floor.spots.len(), "places")))
                     .map_err(|mistake| (Some(index), mistake))?;
                 let kind = plan.kind(index, world, &names, place);
                 let name = names.full(index, &place.name);
@@ -154,8 +153,11 @@ impl Plan {
             };
             self.floor.belts[*belt].ends = [find("start", &model.start)?, find("end", &model.end)?];
         }
+        let mut ejectors = self.parts.iter().map(|part| part.ejectors.len()).sum();
         let part = &mut self.parts[index];
         for (number, ejector) in world.ejectors.iter().enumerate() {
+            at("ejectors", at(number, room(ejectors, "ejectors")))?;
+            ejectors += 1;
             let find = |key: &str, place: &str| {
                 at("ejectors", at(number, at(key, names.find(index, place))))
             };
@@ -168,6 +170,7 @@ impl Plan {
             });
         }
         for (number, gripper) in world.grippers.iter().enumerate() {
+            at("grippers", at(number, room(self.floor.holders.len(), "grippers")))?;
             let positions = at("grippers", at(number, names.positions(index, gripper)))?;
             let holder = self.floor.holders.len();
             let name = names.full(index, &gripper.name);
@@ -191,6 +194,11 @@ impl Plan {
         part.sights = names.sights(index);
         Ok(())
     }
+}
+
+/// Whether there is room for one more than these.
+fn room(count: usize, what: &str) -> Result<(), Mistake> {
+    expect(count < MOST, || format!("expected at most {MOST} {what} in all"))
 }
 
 /// The worlds of a floor, with their names, and the places in them.
