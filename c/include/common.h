@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-#include "ft_types.h"
+#include "detail/ft_types.h"
 
 #ifndef TRUE
 #define TRUE 1

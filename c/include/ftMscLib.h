@@ -2,7 +2,7 @@
 #ifndef FT_MSC_LIB_H
 #define FT_MSC_LIB_H
 
-#include "ft_windows_types.h"
+#include "detail/ft_windows_types.h"
 #ifndef _WIN32
 #include "posix/ft_windows_c.h"
 #endif

@@ -2,7 +2,7 @@
 #ifndef FT_AREA_COMMON_H
 #define FT_AREA_COMMON_H
 
-#include "../ft_types.h"
+#include "ft_types.h"
 
 /* Values of universal inputs: ohm with 5 kilohm at most, millivolt, centimetre. OVR is over range. */
 #define R_MIN 10

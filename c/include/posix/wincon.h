@@ -3,7 +3,7 @@
 #ifndef FT_POSIX_WINCON_H
 #define FT_POSIX_WINCON_H
 
-#include "../ft_windows_types.h"
+#include "../detail/ft_windows_types.h"
 
 #ifdef __cplusplus
 extern "C" {

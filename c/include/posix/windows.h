@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../ft_windows_types.h"
+#include "../detail/ft_windows_types.h"
 #include "ft_windows_c.h"
 #include "mmsystem.h"
 #include "wincon.h"

@@ -2,7 +2,7 @@
 #ifndef FT_POSIX_WINUSER_H
 #define FT_POSIX_WINUSER_H
 
-#include "../ft_windows_types.h"
+#include "../detail/ft_windows_types.h"
 
 #ifdef __cplusplus
 extern "C" {

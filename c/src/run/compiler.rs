@@ -125,8 +125,6 @@ fn command_words(command: &str) -> Vec<OsString> {
 /// A compiler that is there.
 pub(crate) struct Compiler {
     pub(crate) language: Language,
-    /// Whether the user has named it. It may be a script with options of its own.
-    pub(crate) is_named: bool,
     /// The command's first words.
     words: Vec<OsString>,
     /// What distinguishes it and the user's options from others; `None` when that can't be known.
@@ -171,9 +169,8 @@ impl Compiler {
         let standards = options.standards.iter().filter(|named| language.has_standard(named));
         behind.extend(standards.map(|named| format!("-std={named}").into()));
         let is_clang = version.contains("clang");
-        let (is_named, identity) = (named.is_some(), None);
-        let mut compiler =
-            Self { language, is_named, words, identity, flags, before, behind, is_clang };
+        let identity = None;
+        let mut compiler = Self { language, words, identity, flags, before, behind, is_clang };
         compiler.identity = compiler.identity_now()?;
         Ok(compiler)
     }

@@ -95,6 +95,11 @@ impl Copies {
         let mut copies = Self::default();
         copies.choose(&meanings, to);
         for (path, copy) in &copies.of {
+            if own.files[path].includes_next() {
+                let file = path.display();
+                let why = "its includes have to be spelled as the files are, because it has #include_next";
+                return Err(io::Error::other(format!("{file}: {why}")));
+            }
             let text = copies.text(path, &own.files[path].text, own, &meanings[path.as_path()]);
             fs::create_dir_all(copy.parent().unwrap_or(to))?;
             fs::write(copy, text)?;

@@ -3,7 +3,9 @@
 use std::env;
 use std::ffi::{OsStr, OsString};
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use crate::compiler::{words_of, Compiler, NO_CHECKS};
 use crate::inputs::Inputs;
@@ -37,7 +39,7 @@ pub(crate) fn link(
         .filter(|word| !library_name(word).is_some_and(|name| packages::is_replaced(&name)))
         .collect();
     let flags = words_of("LDFLAGS");
-    let to_link = || {
+    let command = |folders: &[PathBuf]| -> Result<Command, Sentence> {
         let mut command = compiler.command();
         command.arg(NO_CHECKS).args(&flags).args(more).args(objects);
         command.args(&inputs.objects).args(&inputs.archives);
@@ -45,28 +47,27 @@ pub(crate) fn link(
             command.arg("-L").arg(folder);
         }
         command.args(&libraries).arg(library).args(["-lm", "-lpthread", "-o"]).arg(path);
-        command
+        look_in(folders, library, &mut command)?;
+        Ok(command)
     };
-    let mut command = to_link();
-    let (mut folders, mut taken): (Vec<PathBuf>, _) = (Vec::new(), Vec::new());
-    if !cfg!(windows) {
-        let beside = inputs.archives.iter().map(|archive| folder_of(archive).to_owned());
-        folders.extend(options.library_folders.iter().cloned().chain(beside));
-        let is_alone = flags.is_empty() && libraries.is_empty() && folders.is_empty();
-        let may_have_more = !is_alone || compiler.is_named || env::var_os("LIBRARY_PATH").is_some();
-        if cfg!(target_os = "linux") && may_have_more {
-            let said = signals::output_of(to_link().arg("-Wl,--trace"))?.stdout;
-            taken = libraries::taken(&said, library);
-            folders = libraries::folders(folders, &taken)?;
-        }
-        // The own one has what the system puts there, too, when this program is installed. So those that were named come
-        // first; the library itself is named by its path where the system keeps that.
-        for folder in folders.iter().map(PathBuf::as_path).chain([folder_of(library)]) {
-            // Behind `-Wl` a comma would be the end of the path.
-            command.args(["-Xlinker", "-rpath", "-Xlinker"]).arg(std::path::absolute(folder)?);
+    let beside = inputs.archives.iter().map(|archive| folder_of(archive).to_owned());
+    let mut folders: Vec<_> = options.library_folders.iter().cloned().chain(beside).collect();
+    let mut taken = Vec::new();
+    let mut output = None;
+    if cfg!(target_os = "linux") {
+        let traced = signals::output_of(command(&folders)?.arg("-Wl,--trace"))?;
+        // A linker that does not know it fails.
+        if traced.status.success() {
+            taken = libraries::taken(&traced.stdout, library);
+            let ordered = libraries::folders(folders.clone(), &taken)?;
+            output = (ordered == folders).then_some(traced);
+            folders = ordered;
         }
     }
-    let output = signals::output_of(&mut command)?;
+    let output = match output {
+        Some(output) => output,
+        None => signals::output_of(&mut command(&folders)?)?,
+    };
     signals::check("the program was compiled")?;
     pass_on(&output.stderr);
     if output.status.success() {
@@ -81,6 +82,20 @@ pub(crate) fn link(
     let sources: Vec<&Path> = inputs.sources.iter().map(|source| &*source.path).collect();
     let advice = packages::advice_for_names(&said, &names, &sources);
     Err(format!("the program can't be linked{libraries}{advice}").into())
+}
+
+/// Has a program look for its dynamic libraries in these folders.
+fn look_in(folders: &[PathBuf], library: &Path, command: &mut Command) -> io::Result<()> {
+    if cfg!(windows) {
+        return Ok(());
+    }
+    // The own one has what the system puts there, too, when this program is installed. So those that were named come
+    // first; the library itself is named by its path where the system keeps that.
+    for folder in folders.iter().map(PathBuf::as_path).chain([folder_of(library)]) {
+        // Behind `-Wl` a comma would be the end of the path.
+        command.args(["-Xlinker", "-rpath", "-Xlinker"]).arg(std::path::absolute(folder)?);
+    }
+    Ok(())
 }
 
 fn joined(option: &str, value: &OsStr) -> OsString {

@@ -8,7 +8,6 @@ use std::path::{Path, PathBuf};
 use crate::cache::Cache;
 use crate::compiler::Compilers;
 use crate::inputs::{Inputs, Language, Source};
-use crate::kind::Kind;
 use crate::language;
 use crate::link;
 use crate::options::Options;
@@ -51,8 +50,7 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
     let named = inputs.objects.iter().map(|object| (object.clone(), object.clone()));
     let all: Vec<_> = with_names.chain(named).collect();
     let entry = symbols::entry(&all, !inputs.archives.is_empty())?;
-    // Its text may not show it, as when the header comes by a macro.
-    if entry == Entry::PrgTic && plan.take_sign_of_char() {
+    if plan.begins_with(entry) {
         compiled = work::compile_all(&inputs.sources, 0, &compilers, &plan, &cache)?;
     }
     let ours = Ours::of(entry, &inputs);
@@ -75,10 +73,9 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
     let more = ours.map_or(&[][..], |ours| ours.link_options);
     link::link(compilers.for_linking()?, &compiled, more, &inputs, options, &library, &path)?;
     cache.tidy();
-    let kind = match (entry, plan.kind) {
-        (Entry::PrgTic, _) => Kind::Downloaded.to_string(),
-        (Entry::Main, Some(kind)) => kind.to_string(),
-        (Entry::Main, None) => "a program that includes no header of TX or TXT".into(),
+    let kind = match plan.kind {
+        Some(kind) => kind.to_string(),
+        None => "a program that includes no header of TX or TXT".into(),
     };
     let library_folder = link::folder_of(&library).to_owned();
     Ok(Program { path, kind, entry, library_folder })

@@ -72,6 +72,16 @@ impl OwnFile {
         let words = ["include", "import", "embed"].map(|word| text.matches(word).count());
         words.iter().sum::<usize>() > self.includes.len()
     }
+
+    /// Whether it includes what comes after its own folder: a copy of it has no place among the folders.
+    pub(crate) fn includes_next(&self) -> bool {
+        let code = String::from_utf8_lossy(&self.code);
+        code.lines().filter_map(|line| line.trim_start().strip_prefix('#')).any(|directive| {
+            ["include_next", "if __has_include_next"]
+                .iter()
+                .any(|word| directive.trim_start().starts_with(word))
+        })
+    }
 }
 
 /// The files of a program in one language: its sources, and what they include directly or not.

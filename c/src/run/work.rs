@@ -19,6 +19,7 @@ use crate::packages;
 use crate::read;
 use crate::signals;
 use crate::sources::{Include, OwnFiles};
+use crate::symbols::Entry;
 use crate::{pass_on, say, Sentence};
 
 /// What the compilation of all sources needs.
@@ -27,8 +28,6 @@ pub(crate) struct Plan {
     pub(crate) kind: Option<Kind>,
     headers: Headers,
     copies: BTreeMap<Language, Copies>,
-    /// Whether `char` has no sign, as on the controllers.
-    has_unsigned_char: bool,
 }
 
 impl Plan {
@@ -45,13 +44,25 @@ impl Plan {
             let to = build.join("own").join(language.name());
             copies.insert(*language, Copies::write(own, &headers, &to)?);
         }
-        let has_unsigned_char = matches!(kind, Some(Kind::Downloaded | Kind::KeLib));
-        Ok(Self { build: build.to_owned(), kind, headers, copies, has_unsigned_char })
+        Ok(Self { build: build.to_owned(), kind, headers, copies })
     }
 
-    /// Has `char` no sign. Whether it had one before.
-    pub(crate) fn take_sign_of_char(&mut self) -> bool {
-        !std::mem::replace(&mut self.has_unsigned_char, true)
+    /// A program that begins so has PrgTic, or is for a PC, whatever its text shows, as when its header comes by a macro.
+    /// Returns whether what was compiled for another kind has to be compiled again.
+    pub(crate) fn begins_with(&mut self, entry: Entry) -> bool {
+        let kind = match (entry, self.kind) {
+            (Entry::PrgTic, _) => Some(Kind::Downloaded),
+            (Entry::Main, Some(Kind::Downloaded)) => Some(Kind::MscLib),
+            (Entry::Main, kind) => kind,
+        };
+        let had_unsigned_char = self.has_unsigned_char();
+        self.kind = kind;
+        self.has_unsigned_char() != had_unsigned_char
+    }
+
+    /// Whether `char` has no sign, as on the controllers.
+    fn has_unsigned_char(&self) -> bool {
+        matches!(self.kind, Some(Kind::Downloaded | Kind::KeLib))
     }
 
     pub(crate) fn tell_what_is_passed_over(&self) {
@@ -200,7 +211,7 @@ impl Unit<'_> {
     }
 
     fn more_options(&self) -> &'static [&'static str] {
-        if self.plan.has_unsigned_char {
+        if self.plan.has_unsigned_char() {
             &["-funsigned-char"]
         } else {
             &[]

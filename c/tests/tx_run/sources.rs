@@ -538,6 +538,40 @@ fn char_has_no_sign_in_a_program_with_prg_tic_however_it_gets_its_header() {
         run(begin, "").well();
     }
     run("#include \"ROBO_TX_PRG.h\"", "-fsigned-char").badly("PrgTic has returned the error 1");
+    let pc = "#include \"ROBO_TX_FW.h\"\nint main(void) { return (char)-1 != -1; }\n";
+    self::run(&[("pc.c", pc)], &["pc.c"]).well();
+}
+
+#[test]
+fn a_header_with_include_next_is_not_run_as_a_copy() {
+    if !has_compiler() {
+        return;
+    }
+    let main = "#include <config.h>\nint main(void) { return SPEED - 512; }\n";
+    let config = |written: &str| {
+        format!(
+            "#ifndef A\n#define A\n#include \"{written}\"\n  # include_next <config.h>\n#endif\n"
+        )
+    };
+    let ended = |written: &str| {
+        let files = [
+            ("m.c", main),
+            ("b/config.h", "#define SPEED 512\n"),
+            ("a/config.h", &config(written)),
+        ];
+        self::run(&files, &["m.c", "-I", "a", "-I", "b"])
+    };
+    ended("ROBO_TX_FW.h").well();
+    ended("robo_tx_fw.h").badly("a/config.h: its includes have to be spelled as the files are");
+}
+
+#[test]
+fn a_header_that_no_kit_has_is_the_programs_own() {
+    if !has_compiler() {
+        return;
+    }
+    let main = "#include \"ft_types.h\"\n#include \"ROBO_TX_FW.h\"\nint main(void) { return SPEED - 512; }\n";
+    self::run(&[("m.c", main), ("ft_types.h", "#define SPEED 512\n")], &["m.c"]).well();
 }
 
 #[test]
@@ -669,6 +703,8 @@ fn a_compiler_that_leaves_something_running_is_not_waited_for() {
 #[cfg(target_os = "linux")]
 #[test]
 fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_with() {
+    use std::os::unix::fs::PermissionsExt;
+
     if !has_compiler() {
         return;
     }
@@ -697,6 +733,12 @@ fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_wit
     write(folder.path(), "script/libspeed.so", &script);
     let [other, speed] = ["a/libother.so.1", "b/libspeed.so.1"];
     let beside = at("b").display().to_string();
+    let compiler = format!(
+        "#!/bin/sh\nPATH=/usr/bin:/bin\ncase \" $* \" in *\" -c \"*|*\" -E \"*) ;; *) set -- \"$@\" {beside}/libspeed.so; esac\nexec cc \"$@\"\n"
+    );
+    write(folder.path(), "bin/cc", &compiler);
+    std::fs::set_permissions(at("bin/cc"), std::fs::Permissions::from_mode(0o755)).unwrap();
+    let own_compiler = format!("{}:{}", at("bin").display(), std::env::var("PATH").unwrap());
     for (arguments, variables) in [
         (&[other, speed][..], &[][..]),
         (&[speed, other, "-L", "a"], &[]),
@@ -705,6 +747,8 @@ fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_wit
         (&[other], &[("LDLIBS", "-L b -l speed")]),
         (&[other], &[("LDLIBS", speed)]),
         (&[other, "-l", "speed"], &[("LIBRARY_PATH", &beside)]),
+        // A compiler that the user has not named may have libraries of its own, too.
+        (&[other], &[("PATH", &own_compiler)]),
     ] {
         let ended = status(arguments, variables);
         assert_eq!(ended.status, Some(42), "{arguments:?} {variables:?} {ended:?}");
