@@ -50,8 +50,8 @@ pub(super) struct Changes {
 /// A value as it was printed last.
 struct Printed {
     value: Value,
-    /// With its cycle. Otherwise the controller may never have had it.
-    is_answered: bool,
+    /// Its first cycle. Without one the controller may never have had it.
+    cycle: Option<u64>,
     /// Otherwise it has to be printed again.
     had_room: bool,
 }
@@ -113,6 +113,9 @@ impl Changes {
     }
 
     pub(super) fn take(&mut self, seen: &Seen) {
+        if matches!(seen.what, Happened::Online | Happened::Offline(_) | Happened::Closed) {
+            self.tell_rest(seen);
+        }
         let line = seen.line.name();
         let value = match &seen.what {
             Happened::Cycle(cycle) => return self.areas(seen, &cycle.areas, Some(cycle.number)),
@@ -206,7 +209,18 @@ impl Changes {
     fn print(&mut self, seen: &Seen, area: usize, value: Value, cycle: Option<u64>) -> Printed {
         let had_room = !self.is_full && self.try_put(seen, self.line(area, &value, cycle));
         self.is_full = !had_room;
-        Printed { value, is_answered: cycle.is_some(), had_room }
+        Printed { value, cycle, had_room }
+    }
+
+    /// Prints the values of a connection that had no room: no cycle tries them again.
+    fn tell_rest(&mut self, seen: &Seen) {
+        let mut areas = self.seen.remove(&seen.connection).unwrap_or_default();
+        for (area, values) in areas.iter_mut().enumerate() {
+            for known in values.iter_mut().filter(|known| !known.had_room) {
+                known.had_room = self.try_put(seen, self.line(area, &known.value, known.cycle));
+            }
+        }
+        self.seen.insert(seen.connection, areas);
     }
 
     /// The line of a value.
@@ -256,7 +270,7 @@ impl Changes {
 impl Printed {
     /// Whether there is nothing new in this value. That it was answered is new once.
     fn says(&self, value: &Value, is_answered: bool) -> bool {
-        self.value == *value && (self.is_answered || !is_answered)
+        self.value == *value && (self.cycle.is_some() || !is_answered)
     }
 }
 
@@ -398,6 +412,16 @@ mod tests {
         // Each of four motors had a line in 200 cycles, and is lost once for each that is missing.
         let told = before.iter().filter(|line| line["motor"].is_string()).count();
         assert_eq!(last["lost"], json!(4 * 200 - told));
+        // Nor is one forgotten when the program ends before there is room.
+        (211..420).for_each(|number| changes.take(&cycle(number, number as i16)));
+        let what = Happened::Offline(Farewell::Answered);
+        changes.take(&Seen { at, line: Line::Main, connection: 1, what });
+        let mut rest: Vec<Value> = lines().collect::<Result<_, _>>().unwrap();
+        assert_eq!(rest.pop().unwrap()["what"], "offline");
+        let of_motors = rest.split_off(rest.len() - 4);
+        let said: Vec<_> =
+            of_motors.iter().map(|line| json!([line["duty"][0], line["cycle"]])).collect();
+        assert_eq!(said, [(); 4].map(|()| json!([419, 419])));
     }
 
     #[test]
