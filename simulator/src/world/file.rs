@@ -357,7 +357,11 @@ mod tests {
         let gripper = |number| {
             format!("[[grippers]]\nname = \"g{number}\"\naxes = [\"M1\"]\nvacuum = {{ valve = \"O5\" }}\n")
         };
-        let grippers = |count| -> String { (0..count).map(gripper).collect() };
+        let slide =
+            "[master.motors.M1]\npulses_per_turn = 63\nslide = { travel = { pulses = 1000 } }\n";
+        let grippers = |count| -> String {
+            std::iter::once(slide.to_owned()).chain((0..count).map(gripper)).collect()
+        };
         let reason = mistake(&grippers(1001)).1;
         assert_eq!(reason, "grippers.1000: expected at most 1000 grippers in all");
     }
