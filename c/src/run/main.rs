@@ -22,7 +22,6 @@ mod key;
 mod kind;
 mod language;
 mod libraries;
-mod lines;
 mod link;
 mod missing;
 mod online;
@@ -48,10 +47,21 @@ use std::error::Error;
 use std::io::{self, Write};
 use std::process::{self, ExitCode};
 use std::thread::JoinHandle;
+use std::time::Duration;
+
+use env_logger::Env;
+use ft_transfer_area::notices;
 
 use child::Ended;
 use folder::BuildFolder;
 use options::{Options, HELP};
+
+/// What is logged unless `RUST_LOG` says more: what a program does that a TXT accepts, but no correct program does. That
+/// no I2C device answers is said to the program, or by it.
+const LOG: &str = "warn,ft_transfer_area_simulator::i2c=error";
+
+/// How long the end waits for the last lines that are logged, if nobody reads them.
+const LAST_LINES: Duration = Duration::from_millis(500);
 
 /// An error that is a sentence.
 type Sentence = Box<dyn Error>;
@@ -73,7 +83,7 @@ fn pass_on(words: &[u8]) {
 }
 
 fn main() -> ExitCode {
-    let log = lines::begin();
+    env_logger::init_from_env(Env::default().default_filter_or(LOG));
     match Options::parse(env::args_os()) {
         Ok(None) => {
             // Nobody misses what can't be written.
@@ -83,11 +93,11 @@ fn main() -> ExitCode {
         Ok(Some(options)) => match run(&options) {
             // Programs on Windows have longer ones than an `ExitCode` can be.
             Ok(status) => {
-                log.finish();
+                notices::flush(LAST_LINES);
                 process::exit(status)
             }
             Err(error) => {
-                log.finish();
+                notices::flush(LAST_LINES);
                 say(&format!("{error:#}"));
                 ExitCode::FAILURE
             }
