@@ -646,8 +646,8 @@ impl Worker {
                 rename.perform(&self.state);
             }
             if matches!(rename, Err(RecvTimeoutError::Disconnected)) || !goes_on {
-                self.count_last_lost(lost);
-                return self.report(file);
+                self.report(file)?;
+                return self.tell_last_lost(file, lost);
             }
             self.flush_if_due(file, Instant::now())?;
         }
@@ -788,10 +788,16 @@ impl Worker {
         recorded.lost += lost;
     }
 
-    /// Also those after which nothing had room, of this number in all.
-    fn count_last_lost(&self, lost: u64) {
+    /// Those after which nothing had room, of this number in all.
+    fn tell_last_lost(&self, file: &mut Target, lost: u64) -> McapResult<()> {
         let mut recorded = self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner);
-        recorded.lost = recorded.lost.max(lost);
+        let entries = lost.saturating_sub(recorded.lost);
+        recorded.lost += entries;
+        drop(recorded);
+        match entries {
+            0 => Ok(()),
+            entries => file.writer.transfer(Instant::now(), &Transfer::NotRecorded { entries }),
+        }
     }
 
     fn frame(&mut self, file: &mut Target, frame: &CameraFrame) -> McapResult<()> {

@@ -589,3 +589,22 @@ fn a_recorder_of_a_handler_that_is_gone_has_finished_its_file() {
     let last = cycles(&entries).last().unwrap().areas[0].output.duty;
     assert_eq!(last, new.output.duty, "motors off");
 }
+
+#[test]
+fn what_was_lost_last_is_told_at_the_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let (recorder, mut feed) = Recorder::fed(&path, Options::default().capacity(1)).unwrap();
+    for number in 1..=1000 {
+        feed.cycle(LoggedCycle::new(number, &[FishX1Transfer::default()]));
+    }
+    drop(feed);
+    let totals = recorder.finish().unwrap();
+    assert_eq!(totals.cycles + totals.lost, 1000);
+    let entries = Recording::open(&path).unwrap().map(|entry| match entry.unwrap().what {
+        Recorded::Cycle(cycle) => 1 + cycle.lost,
+        Recorded::Transfer(Transfer::NotRecorded { entries }) => entries,
+        _ => 0,
+    });
+    assert_eq!(entries.sum::<u64>(), 1000);
+}
