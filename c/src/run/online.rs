@@ -237,7 +237,7 @@ impl Online {
         let notes = self.notes();
         let is_gone = !self.seen.is_empty() && self.is_gone();
         let are_lost = is_gone && !self.seen.iter().any(|(_, byte)| self.is_marked(*byte));
-        self.seen.extend(notes.iter().map(|note| (note.host.clone(), note.byte)));
+        self.remember(&notes);
         let is_driven = |byte| !is_suspended && self.is_marked(byte);
         let Split { left, stood_for, driven } = split(notes, is_driven);
         self.remove(&stood_for);
@@ -248,6 +248,15 @@ impl Online {
         self.lost = (!lost.is_empty()).then(|| self.lost.unwrap_or_else(Instant::now));
         let is_over = self.lost.is_some_and(|since| since.elapsed() >= OWN_TRY);
         !gone.is_empty() || is_over || are_lost || is_time
+    }
+
+    /// Remembers these. They stand for what processes that are no more have done with the same controllers.
+    fn remember(&mut self, notes: &BTreeSet<Note>) {
+        let mut seen = mem::take(&mut self.seen);
+        let again: BTreeSet<&str> = notes.iter().map(|note| note.host.as_str()).collect();
+        seen.retain(|(host, byte)| !again.contains(host.as_str()) || self.is_marked(*byte));
+        seen.extend(notes.iter().map(|note| (note.host.clone(), note.byte)));
+        self.seen = seen;
     }
 
     /// The processes that drive, as far as that is known.
@@ -400,6 +409,14 @@ mod tests {
         }
         assert!(!online.is_left(false));
         assert_eq!((online.seen.len(), online.done_with.len()), (1, 0));
+        // Nor are processes that have ended.
+        for byte in 1..50 {
+            let note = online.folder.join(format!("{byte}.0.6175746f"));
+            File::create_new(&note).unwrap();
+            online.is_left(false);
+            fs::remove_file(note).unwrap();
+        }
+        assert!(online.seen.len() <= 2, "{:?}", online.seen);
     }
 
     #[test]
