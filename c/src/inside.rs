@@ -45,7 +45,8 @@ mod unix {
     use std::cell::Cell;
     use std::mem::zeroed;
     use std::ptr;
-    use std::sync::atomic::{AtomicU64, Ordering};
+    use std::slice;
+    use std::sync::atomic::{AtomicU32, Ordering};
     use std::sync::mpsc;
     use std::thread;
     use std::time::Duration;
@@ -56,24 +57,38 @@ mod unix {
     /// Signals of what the thread itself does: the system ends a process that holds them back.
     const OWN: [c_int; 5] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL, libc::SIGSYS];
 
-    /// The signals that ask a program to end, which may wait for longer than a moment.
-    const ENDS: [c_int; 4] = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGQUIT];
+    /// The greatest number of a signal.
+    const LAST: usize = 64;
 
-    /// For each of `ENDS`, in 16 bits: how many threads of the program would take it, but are inside.
-    static WAITING: AtomicU64 = AtomicU64::new(0);
+    /// How many threads of the program are inside that hold back no signal themselves.
+    static TAKE_ALL: AtomicU32 = AtomicU32::new(0);
+    /// For each signal, how many of the others would take it.
+    static TAKE: [AtomicU32; LAST + 1] = [const { AtomicU32::new(0) }; LAST + 1];
 
     /// Whether a signal waits only because a thread of the program is inside. Otherwise the program holds it back.
     pub(crate) fn is_held_by_library(signal: c_int) -> bool {
-        let index = ENDS.iter().position(|end| *end == signal);
-        index.is_some_and(|index| WAITING.load(Ordering::Relaxed) >> (16 * index) & 0xFFFF != 0)
+        let others = usize::try_from(signal).ok().and_then(|signal| TAKE.get(signal));
+        let count = |counter: &AtomicU32| counter.load(Ordering::Relaxed);
+        count(&TAKE_ALL) > 0 || others.is_some_and(|others| count(others) > 0)
     }
 
-    /// What counts a thread in `WAITING`, with what the program holds back itself.
-    fn count_of(before: &sigset_t) -> u64 {
-        // SAFETY: the set is there, and so are the signals.
-        let takes = |signal| unsafe { libc::sigismember(before, signal) == 0 };
-        let bits = ENDS.iter().enumerate().filter(|(_, signal)| takes(**signal));
-        bits.map(|(index, _)| 1 << (16 * index)).sum()
+    /// Counts a thread that comes inside or goes, and that holds back these signals itself.
+    fn count(before: &sigset_t, change: impl Fn(&AtomicU32)) {
+        if is_empty(before) {
+            return change(&TAKE_ALL);
+        }
+        for (counter, signal) in TAKE.iter().zip(0..).skip(1) {
+            // SAFETY: the set is there.
+            if unsafe { libc::sigismember(before, signal) } == 0 {
+                change(counter);
+            }
+        }
+    }
+
+    fn is_empty(set: &sigset_t) -> bool {
+        let bytes = ptr::from_ref(set).cast::<u8>();
+        // SAFETY: a set is integers, of which each byte is there.
+        unsafe { slice::from_raw_parts(bytes, size_of::<sigset_t>()) }.iter().all(|byte| *byte == 0)
     }
 
     /// A thread that is inside.
@@ -81,8 +96,8 @@ mod unix {
     struct Held {
         /// What the program holds back itself.
         before: sigset_t,
-        /// What the thread has added to `WAITING`.
-        count: u64,
+        /// Whether it is one of the library's own, which takes no signals.
+        is_librarys: bool,
     }
 
     thread_local! {
@@ -100,11 +115,11 @@ mod unix {
         if HELD.get().is_some() {
             return None;
         }
-        hold(count_of);
+        hold(false);
         Some(Inside(()))
     }
 
-    fn hold(count: impl FnOnce(&sigset_t) -> u64) {
+    fn hold(is_librarys: bool) {
         // SAFETY: sets, for which all bits 0 are valid.
         let (mut all, mut before): (sigset_t, sigset_t) = unsafe { (zeroed(), zeroed()) };
         // SAFETY: the sets are this function's, and the signals are there.
@@ -113,15 +128,18 @@ mod unix {
             OWN.iter().for_each(|signal| _ = libc::sigdelset(&raw mut all, *signal));
             libc::pthread_sigmask(libc::SIG_SETMASK, &raw const all, &raw mut before);
         }
-        let count = count(&before);
-        WAITING.fetch_add(count, Ordering::Relaxed);
-        HELD.set(Some(Held { before, count }));
+        if !is_librarys {
+            count(&before, |counter| _ = counter.fetch_add(1, Ordering::Relaxed));
+        }
+        HELD.set(Some(Held { before, is_librarys }));
     }
 
     impl Drop for Inside {
         fn drop(&mut self) {
             if let Some(held) = HELD.take() {
-                WAITING.fetch_sub(held.count, Ordering::Relaxed);
+                if !held.is_librarys {
+                    count(&held.before, |counter| _ = counter.fetch_sub(1, Ordering::Relaxed));
+                }
                 // SAFETY: the set is one that this thread had.
                 unsafe {
                     let before = &raw const held.before;
@@ -137,14 +155,13 @@ mod unix {
         }
         impl Drop for Again {
             fn drop(&mut self) {
-                // It was inside before. A thread of the library takes no signals.
-                let is_librarys = self.is_librarys;
-                hold(|before| if is_librarys { 0 } else { count_of(before) });
+                // It was inside before.
+                hold(self.is_librarys);
             }
         }
         let Some(held) = HELD.get() else { return call() };
         drop(Inside(()));
-        let _again = Again { is_librarys: held.count == 0 };
+        let _again = Again { is_librarys: held.is_librarys };
         call()
     }
 
@@ -195,7 +212,7 @@ mod unix {
 
         /// This thread of the library is inside from its start on.
         pub(crate) fn begin(self) {
-            HELD.set(self.0.map(|before| Held { before, count: 0 }));
+            HELD.set(self.0.map(|before| Held { before, is_librarys: true }));
         }
     }
 }

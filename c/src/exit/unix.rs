@@ -398,17 +398,21 @@ fn look(ender: &Thread) {
 fn look_for_pending() {
     // SAFETY: a set, for which all bits 0 are valid.
     let mut pending: libc::sigset_t = unsafe { zeroed() };
-    // SAFETY: the set is this function's, and this thread holds back all signals.
-    let is_pending = |signal: &c_int| unsafe {
-        libc::sigpending(&raw mut pending) == 0
-            && libc::sigismember(&raw const pending, *signal) == 1
+    // SAFETY: the set is this function's.
+    if unsafe { libc::sigpending(&raw mut pending) } != 0 {
+        return;
+    }
+    let waits = |signal: c_int, handler: extern "C" fn(c_int)| {
+        // SAFETY: the set is this function's, and this thread holds back all signals.
+        let is_pending = unsafe { libc::sigismember(&raw const pending, signal) } == 1;
+        let is_own = || handler_of(signal).is_ok_and(|present| present == handler as usize);
+        is_pending && inside::is_held_by_library(signal) && is_own()
     };
-    let own = on_end as extern "C" fn(c_int) as usize;
-    let is_own = |signal: &c_int| handler_of(*signal).is_ok_and(|handler| handler == own);
-    let asks = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGQUIT];
-    let asks = asks.into_iter().filter(|signal| inside::is_held_by_library(*signal));
-    if let Some(signal) = asks.filter(is_own).find(is_pending) {
+    if let Some((signal, _)) = ends().find(|(signal, _)| waits(*signal, on_end)) {
         on_end(signal);
+    }
+    if let Some((signal, _)) = SUSPENDS.into_iter().find(|(signal, _)| waits(*signal, on_suspend)) {
+        on_suspend(signal);
     }
 }
 

@@ -287,6 +287,59 @@ fn a_program_that_waits_for_an_answer_still_sends_its_last_exchange() {
     wait_stopped(&txt);
 }
 
+/// Passes connections to this controller on, and each of its answers after more than a second, as on a bad network.
+#[cfg(target_os = "linux")]
+fn slowly(controller: SocketAddr) -> SocketAddr {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    let pass_on = |mut from: TcpStream, mut to: TcpStream, pause| {
+        thread::spawn(move || {
+            let mut bytes = [0; 4096];
+            while let Ok(count @ 1..) = from.read(&mut bytes) {
+                thread::sleep(pause);
+                if to.write_all(&bytes[..count]).is_err() {
+                    break;
+                }
+            }
+            let _ = to.shutdown(Shutdown::Both);
+        });
+    };
+    thread::spawn(move || {
+        for program in listener.incoming().flatten() {
+            let Ok(controller) = TcpStream::connect(controller) else { continue };
+            let both = (program.try_clone().unwrap(), controller.try_clone().unwrap());
+            pass_on(both.0, both.1, Duration::ZERO);
+            pass_on(controller, program, Duration::from_millis(1200));
+        }
+    });
+    address
+}
+
+/// The first thread of the program is in a call that takes long, and no other one would take the signal.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_waits_for_no_call_that_begins_with_another_controller() {
+    if !has_compiler() {
+        return;
+    }
+    for signal in ["ALRM", "USR1", "XCPU", "TSTP", "RTMIN"] {
+        let [fast, slow] = [txt().start().unwrap(), txt().start().unwrap()];
+        let ports = format!("COM4={}, COM5={}", fast.address(), slowly(slow.address()));
+        let mut command = tx_run(&[]);
+        let run = Run::start(command.arg(program("both.c")).env("FT_TXT_PORTS", ports));
+        wait_for(&fast, "the motor turns", turns);
+        let begins = |machine: &Machine| machine.online();
+        wait_for(&slow, "the next one", begins);
+        let process = program_of(&run);
+        send(signal, &process);
+        wait_for(&fast, "the motor is off", |machine| {
+            machine.controllers[0].outputs.duty == [0; 8]
+        });
+        assert_eq!(slow.with_machine(|machine| machine.exchanges()), 0, "{signal}");
+        send("KILL", &process);
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn while_one_controller_does_not_answer_another_one_of_a_killed_program_is_stopped() {
