@@ -4,7 +4,6 @@
 use std::collections::HashMap;
 use std::env;
 use std::fmt::Display;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
@@ -21,26 +20,9 @@ const VARIABLE: &str = "FT_TXT_LOG";
 const HELD_LONG: &str = "ft_transfer_area::handler::long_guard";
 /// Who warns of the watchdog, which a program in C does not set.
 const NOT_ANSWERED: &str = "ft_transfer_area::handler::transfer::side";
-const OFF_IN_CALLBACK: &str =
-    "ft-transfer-area: all outputs are off, because for half a second the program did not return from a callback";
-const OFF_BY_LOAD: &str =
-    "ft-transfer-area: all outputs are off, because for half a second this computer was too busy";
-
-/// How many callbacks of the program run in threads of transfers.
-static CALLBACKS: AtomicUsize = AtomicUsize::new(0);
-
-/// Runs a callback of the program in the thread of a transfer.
-pub(crate) fn in_callback<R>(call: impl FnOnce() -> R) -> R {
-    struct Running;
-    impl Drop for Running {
-        fn drop(&mut self) {
-            CALLBACKS.fetch_sub(1, Ordering::Relaxed);
-        }
-    }
-    CALLBACKS.fetch_add(1, Ordering::Relaxed);
-    let _running = Running;
-    call()
-}
+/// Which of them it was is said later: a callback may not return.
+const OFF: &str =
+    "all outputs are off, because for half a second the program did not return from a callback, or this computer was too busy";
 
 struct Stderr;
 
@@ -54,11 +36,10 @@ impl Log for Stderr {
             match (record.level(), record.target()) {
                 (Level::Warn, HELD_LONG) => {}
                 (Level::Warn, NOT_ANSWERED) => {
-                    let why = match CALLBACKS.load(Ordering::Relaxed) {
-                        0 => OFF_BY_LOAD,
-                        _ => OFF_IN_CALLBACK,
-                    };
-                    sentences::write(&format!("{why}\n"));
+                    // It begins with the controller.
+                    let line = record.args().to_string();
+                    let peer = line.split_once(": ").map_or("", |(peer, _)| peer);
+                    sentences::write(&format!("ft-transfer-area: {peer}: {OFF}\n"));
                 }
                 _ => sentences::write(&format!("ft-transfer-area: {}\n", record.args())),
             }
@@ -106,7 +87,11 @@ pub(crate) fn is_told_by_code(error: &Error) -> bool {
 /// Sentences of calls that a program makes again and again: each is said at once, and after that once a minute
 /// with how often it was true meanwhile.
 #[derive(Default)]
-pub(crate) struct Repeated(HashMap<String, Said>);
+pub(crate) struct Repeated {
+    said: HashMap<String, Said>,
+    /// How many others were not said, because too many were in a minute.
+    left_out: u64,
+}
 
 /// When a sentence was said last, and how often it was true since then.
 struct Said {
@@ -117,20 +102,28 @@ struct Said {
 impl Repeated {
     /// How long a sentence is only counted.
     const PAUSE: Duration = Duration::from_secs(60);
-    /// More different sentences are not remembered: one for each device of an I2C bus, read and written.
+    /// So many different sentences in a minute: one for each device of an I2C bus, read and written.
     const MOST: usize = 256;
 
     /// The line to write now, if there is one.
     pub(crate) fn line(&mut self, sentence: &str, now: Instant) -> Option<String> {
-        let Some(said) = self.0.get_mut(sentence) else {
-            if self.0.len() == Self::MOST {
-                self.0.clear();
+        let pause = |said: &Said| now.saturating_duration_since(said.at);
+        let Some(said) = self.said.get_mut(sentence) else {
+            if self.said.len() == Self::MOST {
+                self.said.retain(|_, said| pause(said) < Self::PAUSE);
             }
-            self.0.insert(sentence.to_owned(), Said { at: now, since: 0 });
-            return Some(sentence.to_owned());
+            if self.said.len() == Self::MOST {
+                self.left_out += 1;
+                return None;
+            }
+            self.said.insert(sentence.to_owned(), Said { at: now, since: 0 });
+            return Some(match std::mem::take(&mut self.left_out) {
+                0 => sentence.to_owned(),
+                others => format!("{sentence} ({others} others before were too many)"),
+            });
         };
         said.since += 1;
-        let pause = now.saturating_duration_since(said.at);
+        let pause = pause(said);
         if pause < Self::PAUSE {
             return None;
         }
@@ -160,11 +153,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_remembered_has_a_limit() {
+    fn no_more_than_so_many_are_said_in_a_minute() {
         let (mut repeated, now) = (Repeated::default(), Instant::now());
-        for number in 0..10_000 {
-            assert!(repeated.line(&number.to_string(), now).is_some());
-            assert!(repeated.0.len() <= Repeated::MOST);
-        }
+        let said = |number: &u32| repeated.line(&number.to_string(), now).is_some();
+        assert_eq!((0..10_000).filter(said).count(), Repeated::MOST);
+        let later = now + Repeated::PAUSE;
+        let line = repeated.line("later", later).unwrap();
+        assert_eq!(line, "later (9744 others before were too many)");
+        assert_eq!(repeated.line("another", later).as_deref(), Some("another"));
     }
 }

@@ -171,7 +171,7 @@ impl<A: Area> ProgramSession<A> {
     /// Makes all areas 0, as if no transfer had been before. Not while one runs.
     pub(crate) fn clear(&self) {
         if let Some(ended) = self.thread.lock().take() {
-            join(ended);
+            join(ended, &self.shared.host);
         }
         let _outputs = self.shared.outputs.lock();
         self.shared.array.clear();
@@ -193,7 +193,7 @@ impl<A: Area> ProgramSession<A> {
             return Err(Error::AlreadyStarted);
         }
         if let Some(ended) = thread.take() {
-            join(ended);
+            join(ended, &self.shared.host);
         }
         report::start();
         exit::watch_signals();
@@ -269,7 +269,7 @@ impl<A: Area> ProgramSession<A> {
         let thread = running.take();
         drop(running);
         if let Some(thread) = thread {
-            join(thread);
+            join(thread, &self.shared.host);
         }
         result
     }
@@ -285,20 +285,20 @@ fn seen(status: u8) -> u8 {
 }
 
 /// Waits for the end of a thread, unless it is this one, or a callback in it does not return.
-fn join(thread: JoinHandle<()>) {
+fn join(thread: JoinHandle<()>, host: &str) {
     if thread.thread().id() == thread::current().id() {
         return;
     }
     let limit = Instant::now() + END_LIMIT;
     while !thread.is_finished() {
         if Instant::now() >= limit {
-            report::failure("a callback of the program does not return");
+            report::failure(format_args!("{host}: a callback of the program does not return"));
             return;
         }
         thread::sleep(Duration::from_millis(1));
     }
     if thread.join().is_err() {
-        report::failure("the thread of a transfer area panicked");
+        report::failure(format_args!("{host}: the thread of a transfer area panicked"));
     }
 }
 
@@ -359,7 +359,7 @@ impl<A: Area> SessionParts<A> {
         self.take_in(&areas);
         let begun = Instant::now();
         let (flow, since) = match &mut *self.cycle_call.lock() {
-            Some(call) => (report::in_callback(call), begun),
+            Some(call) => (call(), begun),
             None => (ControlFlow::Continue(()), areas.arrived()),
         };
         self.took_long.store(begun.elapsed() >= CALLBACK_LIMIT, Ordering::Relaxed);

@@ -10,13 +10,14 @@ use crate::notices;
 /// can't change under the guard.
 pub(crate) const GUARD_IS_LONG: Duration = Duration::from_secs(1);
 
-/// Warns the program of its guard, in another thread. Without a logger the warning goes to the standard error.
-pub(crate) fn warn_of(hold: &Hold, watchdog_expired: bool) {
+/// Warns the program of its guard, in another thread; the sentence begins with the controller. Without a logger the
+/// warning goes to the standard error.
+pub(crate) fn warn_of(hold: &Hold, peer: &str, watchdog_expired: bool) {
     let effect = if watchdog_expired { ", and the watchdog has stopped the motors" } else { "" };
     notices::warn_always(
         module_path!(),
         format_args!(
-            "{} has held a guard of the transfer areas for {:.1?}{effect}: while it is held, its inputs do \
+            "{peer}{} has held a guard of the transfer areas for {:.1?}{effect}: while it is held, its inputs do \
              not change, and what was written is not sent; drop the guard and lock again in each round of \
              a loop that waits for an input, or use wait_until",
             name_of(&hold.thread),

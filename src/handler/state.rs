@@ -117,6 +117,11 @@ impl State {
         })
     }
 
+    /// What a line for the logger begins with: there may be several controllers.
+    pub(crate) fn peer(&self) -> String {
+        self.controller.as_ref().map(|it| format!("{}: ", it.peer)).unwrap_or_default()
+    }
+
     /// What the controller has said of itself when it was connected last, and its address.
     pub(crate) fn answering(&self) -> (String, FirmwareVersion, Option<SocketAddr>) {
         let address = self.controller.as_ref().and_then(|controller| controller.address);

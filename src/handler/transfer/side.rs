@@ -152,16 +152,16 @@ impl Shared {
         let expired = state.check_watchdog(|ticket| self.wake(ticket));
         let stop = self.take_outputs(&mut state, areas);
         let event = expired.map(|limit| state.happens_now(Event::WatchdogExpired { limit }));
-        let peer = expired.and(state.controller.as_ref()).map(|it| format!("{}: ", it.peer));
         let held = state.guard_to_warn_of(GUARD_IS_LONG, expired.is_some());
+        let peer = (expired.is_some() || held.is_some()).then(|| state.peer());
         drop(state);
+        let peer = peer.unwrap_or_default();
         if let (Some(limit), Some(event)) = (expired, event) {
-            let peer = peer.unwrap_or_default();
             notice!(Warn, "{peer}{}", Error::WatchdogExpired { limit });
             self.listeners.lock().send_all(&event);
         }
         if let Some(held) = held {
-            warn_of(&held, expired.is_some());
+            warn_of(&held, &peer, expired.is_some());
         }
         stop
     }
@@ -180,7 +180,8 @@ impl Shared {
             }
             wait_until(&self.attended, &mut state, Some(now() + GUARD_IS_LONG));
             if let Some(held) = state.guard_to_warn_of(GUARD_IS_LONG, false) {
-                MutexGuard::unlocked(&mut state, || warn_of(&held, false));
+                let peer = state.peer();
+                MutexGuard::unlocked(&mut state, || warn_of(&held, &peer, false));
             }
         }
     }

@@ -351,8 +351,9 @@ impl Awake {
 /// Says on stderr what a user has to know.
 #[derive(Default)]
 struct Notes {
-    /// On which connections the controller has refused the last attempt: programs try again and again.
-    refused: [bool; 3],
+    /// On which connections the controller has refused the last attempt, also of other connections to the main port:
+    /// programs try again and again.
+    refused: [[bool; 2]; 3],
     /// What is told once of each open connection.
     told: BTreeSet<(u64, Once)>,
     followed: Followed,
@@ -375,11 +376,11 @@ impl Notes {
         } else {
             String::new()
         };
-        let was_refused = &mut self.refused[seen.line.index()];
+        let was_refused = &mut self.refused[seen.line.index()][usize::from(is_other)];
         match &seen.what {
             Happened::Refused(error) if !*was_refused => {
                 *was_refused = true;
-                log::warn!("{}", refused(seen.line, error));
+                log::warn!("{whose}{}", refused(seen.line, error));
             }
             Happened::NotUnderstood { side, why } => {
                 let text = match is_other {
@@ -414,7 +415,9 @@ impl Notes {
                 log::error!("{whose}{}", halted(*gone, error.as_ref()))
             }
             Happened::Offline(Farewell::Unanswered) => log::error!("{whose}{FAREWELL_UNANSWERED}"),
-            Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *was_refused = false,
+            Happened::Command(_) | Happened::Cycle(_) | Happened::Picture(_) | Happened::I2c(_) => {
+                *was_refused = false
+            }
             Happened::Closed => self.told.retain(|(connection, _)| *connection != seen.connection),
             Happened::Refused(_)
             | Happened::Connected(_)
@@ -423,8 +426,7 @@ impl Notes {
             | Happened::Offline(Farewell::Answered | Farewell::Missing)
             | Happened::Ignored { .. }
             | Happened::Unknown(_)
-            | Happened::Unanswered(_)
-            | Happened::Cycle(_) => {}
+            | Happened::Unanswered(_) => {}
         }
     }
 }
