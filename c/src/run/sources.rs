@@ -219,7 +219,10 @@ impl Listings {
             let named = if folder == Path::new("") { Path::new(".") } else { folder };
             let entries = fs::read_dir(named).into_iter().flatten().flatten();
             let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
-            names.map(|name| (name.to_lowercase(), name)).collect()
+            let mut names: Vec<String> = names.collect();
+            // Of two, each disk may list another one last.
+            names.sort_unstable();
+            names.into_iter().map(|name| (name.to_lowercase(), name)).collect()
         })
     }
 }
@@ -401,6 +404,17 @@ pub(crate) mod tests {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(&path, text).unwrap();
         path
+    }
+
+    #[test]
+    fn of_two_files_in_other_cases_the_last_one_in_order_is_meant() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["GATE.H", "Gate.h", "gATE.h"].map(|name| write(folder.path(), name, "")) {
+            assert!(name.is_file());
+        }
+        let found = Listings::default().in_other_case(folder.path(), "gate.h").unwrap();
+        let is_last = found.file_name().unwrap() == "gATE.h";
+        assert!(is_last || cfg!(any(windows, target_os = "macos")), "{found:?}");
     }
 
     #[test]

@@ -565,6 +565,16 @@ fn a_header_with_include_next_is_not_run_as_a_copy() {
     ended("robo_tx_fw.h").badly("a/config.h: its includes have to be spelled as the files are");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_source_that_is_gone_is_not_left_out_of_its_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "src/main.c", "int main(void) { return 0; }\n");
+    std::os::unix::fs::symlink("../shared/limit.c", folder.path().join("src/limit.c")).unwrap();
+    let ended = Run::start(tx_run(&["src"]).current_dir(folder.path())).end();
+    ended.badly("src/limit.c can't be read: No such file or directory");
+}
+
 #[test]
 fn a_header_that_no_kit_has_is_the_programs_own() {
     if !has_compiler() {
