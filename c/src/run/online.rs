@@ -126,9 +126,10 @@ impl Online {
         }
     }
 
-    /// Whether a transfer to this host is left.
+    /// Whether a transfer to this host is left, or is being stopped.
     pub(crate) fn has_left(&mut self, host: &str, program: While) -> bool {
-        self.left(program).iter().any(|left| left.host == host)
+        let is_left = self.left(program).iter().any(|left| left.host == host);
+        is_left || self.stopping.contains_key(host)
     }
 
     /// Begins to send a last exchange to each controller that was left, and to those again that could not be stopped; the
