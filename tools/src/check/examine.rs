@@ -1,4 +1,4 @@
-//! A check from its beginning to its verdict, again when the computer stood still.
+//! A check from its beginning to its verdict, again when nothing was exchanged for a moment.
 
 use std::ffi::OsString;
 use std::time::Duration;
@@ -61,10 +61,10 @@ fn again(pause: Duration) -> Words {
     let seconds = pause.as_secs_f64();
     Words::new(
         format!(
-            "The computer stood still for {seconds:.1} s, so this says nothing of the program. The check begins again."
+            "Nothing was exchanged for {seconds:.1} s, perhaps because the computer stood still. The check begins again."
         ),
         format!(
-            "Der Computer stand {} s lang still, das sagt also nichts über das Programm. Die Prüfung beginnt von vorn.",
+            "{} s lang wurde nichts ausgetauscht, vielleicht stand der Computer still. Die Prüfung beginnt von vorn.",
             german(seconds, 1)
         ),
     )
@@ -75,12 +75,12 @@ fn doubt(pause: Duration) -> Words {
     let seconds = pause.as_secs_f64();
     Words::new(
         format!(
-            "The computer stood still for {seconds:.1} s meanwhile, which may be the reason: end other programs, and \
-             check again."
+            "Nothing was exchanged for {seconds:.1} s meanwhile, which may be the reason: the computer stood still, or \
+             the program itself pauses between exchanges. End other programs, and check again."
         ),
         format!(
-            "Der Computer stand dabei {} s lang still, vielleicht liegt es daran: Beende andere Programme und prüfe noch \
-             einmal.",
+            "Dabei wurde {} s lang nichts ausgetauscht, vielleicht liegt es daran: Der Computer stand still, oder das \
+             Programm selbst macht zwischen zwei Austauschen Pause. Beende andere Programme und prüfe noch einmal.",
             german(seconds, 1)
         ),
     )

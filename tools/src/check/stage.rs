@@ -34,7 +34,8 @@ const SILENCE_LIMIT: Duration = Duration::from_secs(10);
 /// How often to look whether the program still runs.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// A longer pause between two exchanges, which come each 10 ms, is none of the program: the computer stood still.
+/// A longer pause between two exchanges, which come each 10 ms, is hardly the program's: the computer stood still. But a
+/// program may exchange itself, without a thread for it, and sleep.
 const STANDSTILL: Duration = Duration::from_millis(200);
 
 /// Whose program drives.
@@ -132,7 +133,7 @@ impl<'a> Stage<'a> {
         wrong
     }
 
-    /// How long the computer stood still between two exchanges, if it did.
+    /// How long nothing was exchanged, if that was long.
     pub(super) fn stood_still(&self) -> Option<Duration> {
         let kept = self.txt.log.lock();
         let clocks: Vec<_> =
