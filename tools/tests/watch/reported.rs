@@ -411,10 +411,16 @@ fn what_becomes_of_a_program_that_another_one_displaces_is_told_as_its_own() {
         }
     }
     second.exchange([3; 8]);
+    let mut third = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    assert!(!matches!(third.read(&mut [0]), Ok(1..)), "the controller takes two");
     second.end();
     running.signal("INT");
     let said = running.end();
     let said = String::from_utf8_lossy(&said.stderr);
+    assert!(
+        said.contains("another connection (3): the controller refuses the main connection"),
+        "{said}"
+    );
     assert!(
         said.contains("another connection (1): the program has closed its connection"),
         "{said}"
