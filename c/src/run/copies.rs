@@ -24,22 +24,26 @@ impl Meaning {
         let ours = headers.ours(&name).map(Path::to_owned);
         let is_literal =
             |ours: &Path| ours.file_name().is_some_and(|file| *include.written == *file);
+        // Ours comes behind all others.
+        let is_last = name == COMMON;
         match (&include.found, ours) {
             (Found::Own(own), Some(ours)) if is_replaced(&own.file, &name, headers) => {
                 // A program may name our own folders.
                 let is_same = read::file(&own.file).ok() == fs::read(&ours).ok();
                 let passed_over = (!is_same).then(|| own.file.clone());
-                Self::Ours { is_found: !own.is_beside && is_literal(&ours), ours, passed_over }
+                let is_found = !own.is_beside && !is_last && is_literal(&ours);
+                Self::Ours { ours, is_found, passed_over }
             }
             (Found::Own(own), _) => {
-                let is_hidden = !own.is_beside && headers.of_kit.contains_key(&name);
+                let is_hidden = !own.is_beside && !is_last && headers.of_kit.contains_key(&name);
                 Self::Own { own: own.clone(), is_found: own.is_exact && !is_hidden }
             }
             (Found::System, Some(ours)) if !is_literal(&ours) => Self::Elsewhere,
-            (Found::System | Found::Nothing, Some(ours)) => {
-                Self::Ours { is_found: is_literal(&ours), ours, passed_over: None }
+            (found, Some(ours)) => {
+                let is_found = is_literal(&ours) && !(is_last && *found == Found::System);
+                Self::Ours { ours, is_found, passed_over: None }
             }
-            (Found::System | Found::Nothing, None) => Self::Elsewhere,
+            (_, None) => Self::Elsewhere,
         }
     }
 }
@@ -352,11 +356,8 @@ mod tests {
                 ("inc/own.h", ""),
             ],
         );
-        let expected = [
-            "#include <KeLibTxtDl.h>",
-            "#include \"PROGRAM/inc/common.h\"",
-            "#include \"PROGRAM/inc/own.h\"",
-        ];
+        let expected =
+            ["#include <KeLibTxtDl.h>", "#include \"common.h\"", "#include \"PROGRAM/inc/own.h\""];
         assert_eq!(made.copy("a.c").unwrap(), expected);
         assert_eq!(made.copy("b.c"), None);
         assert_eq!(made.passed_over(), [Path::new("inc/FtShmem.h"), Path::new("inc/KeLibTxtDl.h")]);

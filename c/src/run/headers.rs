@@ -40,7 +40,8 @@ fn names_in(folder: &str) -> impl Iterator<Item = (String, &'static Path)> {
 fn search(folder: &str, include: &Path, to: PathBuf) -> io::Result<PathBuf> {
     for name in [folder, &format!("{folder}/{OF_PROGRAMS}")] {
         let place = if name == folder { to.clone() } else { to.join(OF_PROGRAMS) };
-        for (_, at) in names_in(name) {
+        let is_first = |header: &str| name != folder || header != COMMON;
+        for (_, at) in names_in(name).filter(|(header, _)| is_first(header)) {
             fs::create_dir_all(&place)?;
             let file = at.file_name().unwrap_or_default();
             fs::write(place.join(file), format!("#include {}\n", quoted(&include.join(at))))?;
@@ -54,7 +55,7 @@ pub(crate) struct Headers {
     /// Folders for the compiler that come before those of the program.
     pub(crate) folders: Vec<PathBuf>,
     /// The folder that comes last: a program may have headers with such names of its own.
-    pub(crate) windows: Option<PathBuf>,
+    pub(crate) last: PathBuf,
     /// Where headers lie, by their names in lower case.
     pub(crate) of_kit: BTreeMap<String, PathBuf>,
     of_windows: BTreeMap<String, PathBuf>,
@@ -77,10 +78,15 @@ impl Headers {
         let folders = in_order
             .map(|(number, folder)| search(folder, &include, searched.join(number.to_string())))
             .collect::<io::Result<_>>()?;
-        let windows = (!cfg!(windows))
-            .then(|| search(WINDOWS, &include, searched.join(WINDOWS)))
-            .transpose()?;
-        Ok(Self { folders, windows, of_kit, of_windows })
+        let last = searched.join(WINDOWS);
+        fs::create_dir_all(&last)?;
+        if !cfg!(windows) {
+            search(WINDOWS, &include, last.clone())?;
+        }
+        if let Some(common) = of_kit.get(COMMON) {
+            fs::write(last.join(COMMON), format!("#include {}\n", quoted(common)))?;
+        }
+        Ok(Self { folders, last, of_kit, of_windows })
     }
 
     /// Our header with this name.

@@ -223,9 +223,7 @@ impl Unit<'_> {
         let headers = &self.plan.headers;
         let copies = self.plan.copies.get(&self.source.language);
         let mut command = self.compiler.compile(self.more_options(), &headers.folders);
-        if let Some(windows) = &headers.windows {
-            command.arg("-idirafter").arg(windows);
-        }
+        command.arg("-idirafter").arg(&headers.last);
         let copy = copies.and_then(|it| it.of.get(self.path()));
         if copy.is_some() {
             // `__FILE__` is in the copy.

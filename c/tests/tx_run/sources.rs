@@ -565,6 +565,18 @@ fn a_header_with_include_next_is_not_run_as_a_copy() {
     ended("robo_tx_fw.h").badly("a/config.h: its includes have to be spelled as the files are");
 }
 
+#[test]
+fn a_common_h_of_the_programs_own_is_that_also_by_a_macro() {
+    if !has_compiler() {
+        return;
+    }
+    let main = "#include CONFIG\nint main(void) { return SPEED - 512; }\n";
+    let files = [("m.c", main), ("inc/common.h", "#define SPEED 512\n")];
+    for config in ["CONFIG=\"common.h\"", "CONFIG=<common.h>"] {
+        self::run(&files, &["m.c", "-I", "inc", "-D", config]).well();
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn a_source_that_is_gone_is_not_left_out_of_its_folder() {
