@@ -28,6 +28,14 @@ pub(crate) struct Program {
 
 /// Compiles and links a program in the build folder.
 pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence> {
+    let cache = Cache::of_user();
+    let built = build_with(&cache, options, build);
+    // Also when something is wrong with it: what was right is kept.
+    cache.tidy();
+    built
+}
+
+fn build_with(cache: &Cache, options: &Options, build: &Path) -> Result<Program, Sentence> {
     let mut inputs = Inputs::of(&options.files)?;
     let library = link::library()?;
     let mut compilers = Compilers::default();
@@ -44,14 +52,13 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
     }
     let mut plan = Plan::new(&own, build)?;
     plan.tell_what_is_passed_over();
-    let cache = Cache::of_user();
-    let mut compiled = work::compile_all(&inputs.sources, 0, &compilers, &plan, &cache)?;
+    let mut compiled = work::compile_all(&inputs.sources, 0, &compilers, &plan, cache)?;
     let with_names = inputs.sources.iter().map(|source| source.path.clone()).zip(compiled.clone());
     let named = inputs.objects.iter().map(|object| (object.clone(), object.clone()));
     let all: Vec<_> = with_names.chain(named).collect();
     let entry = symbols::entry(&all, !inputs.archives.is_empty())?;
     if plan.begins_with(entry) {
-        compiled = work::compile_all(&inputs.sources, 0, &compilers, &plan, &cache)?;
+        compiled = work::compile_all(&inputs.sources, 0, &compilers, &plan, cache)?;
     }
     let ours = Ours::of(entry, &inputs);
     if let Some(ours) = &ours {
@@ -64,7 +71,7 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
             inputs.sources.len(),
             &compilers,
             &plan,
-            &cache,
+            cache,
         )?);
     }
     let folder = build.join("program");
@@ -72,7 +79,6 @@ pub(crate) fn build(options: &Options, build: &Path) -> Result<Program, Sentence
     let path = folder.join(&inputs.name).with_extension(env::consts::EXE_EXTENSION);
     let more = ours.map_or(&[][..], |ours| ours.link_options);
     link::link(compilers.for_linking()?, &compiled, more, &inputs, options, &library, &path)?;
-    cache.tidy();
     let kind = match plan.kind {
         Some(kind) => kind.to_string(),
         None => "a program that includes no header of TX or TXT".into(),
