@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crossbeam_channel::{bounded, Sender};
 
 use super::listeners::Subscription;
-use crate::events::{LogEntry, Logged, LoggedCycle};
+use crate::events::{Event, LogEntry, Logged, LoggedCycle};
 
 /// Places for entries that are not cycles: the beginnings, gaps and ends of a transfer.
 const RESERVED: usize = 16;
@@ -23,6 +23,9 @@ struct Log {
     pub(super) lost: Arc<AtomicU64>,
     /// How many were lost since the last entry.
     lost_since: u64,
+    /// The newest beginning, gap or end that was lost. It is repeated when there is room: otherwise what follows would
+    /// seem to be of the controller before.
+    missed: Option<Logged>,
 }
 
 impl Logs {
@@ -34,8 +37,9 @@ impl Logs {
     ) -> Subscription<LogEntry> {
         let (sender, receiver) = bounded(capacity + RESERVED);
         let lost = Arc::new(AtomicU64::new(0));
-        let mut log = Log { sender, capacity, lost: Arc::clone(&lost), lost_since: 0 };
-        running.for_each(|entry| log.put(RESERVED, || entry));
+        let mut log =
+            Log { sender, capacity, lost: Arc::clone(&lost), lost_since: 0, missed: None };
+        running.for_each(|entry| log.note(&entry));
         self.0.push(log);
         Subscription { receiver, lost }
     }
@@ -46,12 +50,15 @@ impl Logs {
 
     /// Logs a cycle. Does not block.
     pub(crate) fn note_cycle(&mut self, cycle: &LoggedCycle) {
-        self.0.iter_mut().for_each(|log| log.put(0, || Logged::Cycle(*cycle)));
+        for log in &mut self.0 {
+            log.repeat_missed();
+            log.put(0, || Logged::Cycle(*cycle));
+        }
     }
 
     /// Logs an entry that is not a cycle. Does not block.
     pub(crate) fn note(&mut self, what: &Logged) {
-        self.0.iter_mut().for_each(|log| log.put(RESERVED, || what.clone()));
+        self.0.iter_mut().for_each(|log| log.note(what));
     }
 
     pub(super) fn clear(&mut self) {
@@ -64,28 +71,48 @@ impl Logs {
 }
 
 impl Log {
-    /// Puts an entry into the channel, which may use this many of the reserved places for it. No other thread does
-    /// so while the logs are locked, so there is still room.
-    fn put(&mut self, reserved: usize, what: impl FnOnce() -> Logged) {
-        let has_room = self.sender.len() < self.capacity + reserved;
-        if has_room
-            && self.sender.try_send(LogEntry { lost: self.lost_since, what: what() }).is_ok()
-        {
+    fn note(&mut self, what: &Logged) {
+        self.repeat_missed();
+        let is_of_watchdog = matches!(what, Logged::Event(event) if matches!(event.event, Event::WatchdogExpired { .. }));
+        if !self.put(RESERVED, || what.clone()) && !is_of_watchdog {
+            self.missed = Some(what.clone());
+        }
+    }
+
+    fn repeat_missed(&mut self) {
+        if self.missed.is_some() && self.has_room(RESERVED) {
+            let missed = self.missed.take();
+            missed.map(|missed| self.put(RESERVED, || missed));
+        }
+    }
+
+    fn has_room(&self, reserved: usize) -> bool {
+        self.sender.len() < self.capacity + reserved
+    }
+
+    /// Puts an entry into the channel, which may use this many of the reserved places for it. Returns whether there was
+    /// room. No other thread does so while the logs are locked, so there is still room.
+    fn put(&mut self, reserved: usize, what: impl FnOnce() -> Logged) -> bool {
+        let is_put = self.has_room(reserved)
+            && self.sender.try_send(LogEntry { lost: self.lost_since, what: what() }).is_ok();
+        if is_put {
             self.lost_since = 0;
         } else {
             self.lost_since += 1;
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
+        is_put
     }
 }
 
 #[cfg(all(test, not(shuttle)))]
 mod tests {
     use super::*;
-    use std::time::Instant;
+    use std::time::{Duration, Instant};
 
     use crossbeam_channel::Receiver;
 
+    use crate::error::Error;
     use crate::events::{Event, TimedEvent};
     use crate::transfer_area::FishX1Transfer;
 
@@ -130,5 +157,27 @@ mod tests {
         let received = received(&receiver);
         assert_eq!((received.len(), &received[..2]), (1 + RESERVED, &[(0, 1), (1, 0)][..]));
         assert_eq!(logs.0[0].lost_since, 1, "one more than there is room for");
+    }
+
+    #[test]
+    fn the_newest_gap_that_had_no_room_comes_before_the_next_cycle() {
+        let (mut logs, receiver) = logs(2);
+        let event = |event| Logged::Event(TimedEvent { event, cycle: 1, arrived: Instant::now() });
+        let expired = |seconds| Error::WatchdogExpired { limit: Duration::from_secs(seconds) };
+        let gap = |number| event(Event::ConnectionLost { error: expired(number) });
+        (0..20).for_each(|number| logs.note(&gap(number)));
+        logs.note(&event(Event::WatchdogExpired { limit: Duration::ZERO }));
+        logs.note_cycle(&cycle(1));
+        assert_eq!(received(&receiver), [(0, 0); 18]);
+        logs.note_cycle(&cycle(2));
+        let first = receiver.try_recv().unwrap();
+        let Logged::Event(TimedEvent { event: Event::ConnectionLost { error }, .. }) = first.what
+        else {
+            panic!("{first:?}");
+        };
+        assert_eq!((first.lost, error), (4, expired(19)));
+        assert_eq!(received(&receiver), [(0, 2)]);
+        logs.note_cycle(&cycle(3));
+        assert_eq!(received(&receiver), [(0, 3)], "it is repeated once");
     }
 }
