@@ -153,11 +153,10 @@ impl Plan {
             };
             self.floor.belts[*belt].ends = [find("start", &model.start)?, find("end", &model.end)?];
         }
-        let mut ejectors = self.parts.iter().map(|part| part.ejectors.len()).sum();
+        let before: usize = self.parts.iter().map(|part| part.ejectors.len()).sum();
         let part = &mut self.parts[index];
         for (number, ejector) in world.ejectors.iter().enumerate() {
-            at("ejectors", at(number, room(ejectors, "ejectors")))?;
-            ejectors += 1;
+            at("ejectors", at(number, room(before + number, "ejectors")))?;
             let find = |key: &str, place: &str| {
                 at("ejectors", at(number, at(key, names.find(index, place))))
             };
