@@ -19,9 +19,13 @@ pub(crate) fn more(from: impl Read, bytes: &mut Vec<u8>) -> io::Result<()> {
     let room = (MOST + 1).saturating_sub(bytes.len());
     from.take(room as u64).read_to_end(bytes)?;
     match bytes.len() > MOST {
-        true => Err(io::Error::new(io::ErrorKind::FileTooLarge, "it has more than 100 MB")),
+        true => Err(too_much("it has more than 100 MB")),
         false => Ok(()),
     }
+}
+
+pub(crate) fn too_much(sentence: &'static str) -> io::Error {
+    io::Error::new(io::ErrorKind::FileTooLarge, sentence)
 }
 
 /// The path with this name, if the system can have it.

@@ -99,11 +99,23 @@ impl OwnFiles {
         folders: &Folders,
     ) -> Result<Self, (PathBuf, io::Error)> {
         let mut own = Self::default();
+        let mut bytes = 0;
+        let mut count = |file: &Path, text: &[u8]| {
+            bytes += text.len();
+            match bytes > read::MOST {
+                true => Err((
+                    file.to_owned(),
+                    read::too_much("with all before it, it has more than 100 MB"),
+                )),
+                false => Ok(()),
+            }
+        };
         for source in sources {
             if own.files.contains_key(source) {
                 continue;
             }
             let text = read::file(source).map_err(|error| (source.to_owned(), error))?;
+            count(source, &text)?;
             let mut rest = own.add(source.to_owned(), text, folders);
             while let Some(file) = rest.pop() {
                 if own.files.contains_key(&file) {
@@ -111,6 +123,7 @@ impl OwnFiles {
                 }
                 // A header that can't be read is the compiler's to complain about.
                 if let Ok(text) = read::file(&file) {
+                    count(&file, &text)?;
                     rest.extend(own.add(file, text, folders));
                 }
             }
