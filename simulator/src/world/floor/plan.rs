@@ -16,8 +16,7 @@ use crate::world::World;
 /// A seat is at a place within this part of its slide's travel, unless the place says how near.
 const SEAT_REACH: f64 = 0.02;
 
-/// The most places, ejectors and grippers, each. A machine looks at all workpieces for each one that a belt moves, for
-/// each ejector and for each gripper, in each millisecond.
+/// The most places, ejectors and grippers, each. A machine looks at all workpieces for each of them, in each millisecond.
 const MOST: usize = 1000;
 
 /// A floor, and what each machine has to do with it.
