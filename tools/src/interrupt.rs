@@ -67,7 +67,11 @@ pub(crate) fn receiver_for_driving() -> anyhow::Result<Receiver<()>> {
     {
         use Signal::*;
         let others = [SIGALRM, SIGVTALRM, SIGPROF, SIGUSR1, SIGUSR2, SIGXCPU];
-        asked_by(&[&[SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU][..], &others].concat())
+        #[cfg(target_os = "linux")]
+        let of_linux = [SIGIO, SIGPWR, SIGSTKFLT];
+        #[cfg(not(target_os = "linux"))]
+        let of_linux = [];
+        asked_by(&[&[SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU][..], &others, &of_linux].concat())
     }
     #[cfg(not(unix))]
     asked_by()

@@ -408,7 +408,9 @@ fn look_for_pending() {
         let is_own = || handler_of(signal).is_ok_and(|present| present == handler as usize);
         is_pending && inside::is_held_by_library(signal) && is_own()
     };
-    if let Some((signal, _)) = ends().find(|(signal, _)| waits(*signal, on_end)) {
+    // One of a crash that another process has sent.
+    let crash = CRASHES.into_iter().find(|(signal, _)| waits(*signal, on_crash));
+    if let Some((signal, _)) = ends().find(|(signal, _)| waits(*signal, on_end)).or(crash) {
         on_end(signal);
     }
     if let Some((signal, _)) = SUSPENDS.into_iter().find(|(signal, _)| waits(*signal, on_suspend)) {

@@ -117,7 +117,8 @@ fn all_outputs_go_off_when_the_program_is_silent() {
 #[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
 #[test]
 fn all_outputs_go_off_at_ctrl_c() {
-    for signal in ["INT", "QUIT", "TSTP", "ALRM", "XCPU"] {
+    let of_linux = cfg!(target_os = "linux").then_some("PWR");
+    for signal in ["INT", "QUIT", "TSTP", "ALRM", "XCPU"].into_iter().chain(of_linux) {
         let (txt, duties) = logged(SimulatedTxt::builder());
         let watch = Watch::with_lines(txt.address());
         let mut program = program(&watch);
