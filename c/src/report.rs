@@ -38,8 +38,9 @@ impl Log for Stderr {
                 (Level::Warn, NOT_ANSWERED) => {
                     // It begins with the controller.
                     let line = record.args().to_string();
-                    let peer = line.split_once(": ").map_or("", |(peer, _)| peer);
-                    sentences::write(&format!("ft-transfer-area: {peer}: {OFF}\n"));
+                    let peer = line.split_once(": ").map(|(peer, _)| format!("{peer}: "));
+                    let peer = peer.unwrap_or_default();
+                    sentences::write(&format!("ft-transfer-area: {peer}{OFF}\n"));
                 }
                 _ => sentences::write(&format!("ft-transfer-area: {}\n", record.args())),
             }
@@ -89,47 +90,57 @@ pub(crate) fn is_told_by_code(error: &Error) -> bool {
 #[derive(Default)]
 pub(crate) struct Repeated {
     said: HashMap<String, Said>,
-    /// How many others were not said, because too many were in a minute.
+    /// When the present minute began, and how many lines it has.
+    minute: Option<(Instant, usize)>,
+    /// How many were not said, because their minute had too many, or will not be said with a count any more.
     left_out: u64,
 }
 
 /// When a sentence was said last, and how often it was true since then.
 struct Said {
     at: Instant,
-    since: u32,
+    since: u64,
 }
 
 impl Repeated {
     /// How long a sentence is only counted.
     const PAUSE: Duration = Duration::from_secs(60);
-    /// So many different sentences in a minute: one for each device of an I2C bus, read and written.
+    /// So many lines in a minute, and so many sentences: one for each device of an I2C bus, read and written.
     const MOST: usize = 256;
 
     /// The line to write now, if there is one.
     pub(crate) fn line(&mut self, sentence: &str, now: Instant) -> Option<String> {
-        let pause = |said: &Said| now.saturating_duration_since(said.at);
-        let Some(said) = self.said.get_mut(sentence) else {
+        let pause = |at: Instant| now.saturating_duration_since(at);
+        if self.minute.is_none_or(|(begun, _)| pause(begun) >= Self::PAUSE) {
+            self.minute = Some((now, 0));
+            // Others have their turn.
             if self.said.len() == Self::MOST {
-                self.said.retain(|_, said| pause(said) < Self::PAUSE);
+                self.left_out += self.said.drain().map(|(_, said)| said.since).sum::<u64>();
             }
-            if self.said.len() == Self::MOST {
-                self.left_out += 1;
+        }
+        if let Some(said) = self.said.get_mut(sentence) {
+            said.since += 1;
+            if pause(said.at) < Self::PAUSE {
                 return None;
             }
-            self.said.insert(sentence.to_owned(), Said { at: now, since: 0 });
-            return Some(match std::mem::take(&mut self.left_out) {
-                0 => sentence.to_owned(),
-                others => format!("{sentence} ({others} others before were too many)"),
-            });
-        };
-        said.since += 1;
-        let pause = pause(said);
-        if pause < Self::PAUSE {
+        }
+        let lines = self.minute.as_mut().map(|(_, lines)| lines)?;
+        let is_known = self.said.contains_key(sentence);
+        if *lines == Self::MOST || (!is_known && self.said.len() == Self::MOST) {
+            self.left_out += u64::from(!is_known);
             return None;
         }
-        let (since, seconds) = (said.since, pause.as_secs());
-        *said = Said { at: now, since: 0 };
-        Some(format!("{sentence} ({since} more in {seconds} s)"))
+        *lines += 1;
+        let mut line = sentence.to_owned();
+        if let Some(before) = self.said.insert(sentence.to_owned(), Said { at: now, since: 0 }) {
+            let (since, seconds) = (before.since, pause(before.at).as_secs());
+            line += &format!(" ({since} more in {seconds} s)");
+        }
+        match std::mem::take(&mut self.left_out) {
+            0 => {}
+            others => line += &format!(" ({others} lines before were too many)"),
+        }
+        Some(line)
     }
 }
 
@@ -153,13 +164,22 @@ mod tests {
     }
 
     #[test]
-    fn no_more_than_so_many_are_said_in_a_minute() {
-        let (mut repeated, now) = (Repeated::default(), Instant::now());
-        let said = |number: &u32| repeated.line(&number.to_string(), now).is_some();
-        assert_eq!((0..10_000).filter(said).count(), Repeated::MOST);
-        let later = now + Repeated::PAUSE;
-        let line = repeated.line("later", later).unwrap();
-        assert_eq!(line, "later (9744 others before were too many)");
-        assert_eq!(repeated.line("another", later).as_deref(), Some("another"));
+    fn no_more_than_so_many_are_said_in_a_minute_and_others_have_their_turn() {
+        let (mut repeated, begun) = (Repeated::default(), Instant::now());
+        let mut said = 0;
+        for minute in 0..10 {
+            let now = begun + minute * Repeated::PAUSE;
+            let before = said;
+            // A program that looks for its controller.
+            for number in (0..300).cycle().take(900) {
+                said += usize::from(repeated.line(&number.to_string(), now).is_some());
+            }
+            assert!(said - before <= Repeated::MOST && said > before, "{minute}: {said}");
+        }
+        let line = repeated.line("later", begun + 10 * Repeated::PAUSE).unwrap();
+        assert!(
+            line.starts_with("later (") && line.ends_with(" lines before were too many)"),
+            "{line}"
+        );
     }
 }

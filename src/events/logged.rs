@@ -17,7 +17,8 @@ use crate::transfer_area::{
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LogEntry {
-    /// How many entries were lost directly before this one, because the channel was full.
+    /// How many entries were lost directly before this one, because the channel was full. The newest beginning, gap or
+    /// end among them may follow as this entry.
     pub lost: u64,
     /// What has happened.
     pub what: Logged,

@@ -294,6 +294,14 @@ fn suspend(ender: &Thread) {
     }
     // A thread that begins a transfer would take the signal up again, and it would do nothing.
     let takes_up = TAKES_UP.try_lock_for(LOCK_LIMIT);
+    // One that still waits for a call would suspend once more. What is ignored is gone.
+    let own = on_suspend as extern "C" fn(c_int) as usize;
+    for (signal, _) in SUSPENDS {
+        if handler_of(signal).is_ok_and(|present| present == own) {
+            let _ = set(signal, libc::SIG_IGN);
+            let _ = set(signal, own);
+        }
+    }
     end_by(libc::SIGTSTP);
     // SAFETY: the set is one that this thread had.
     unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, &raw const held, ptr::null_mut()) };

@@ -99,9 +99,10 @@ impl Copies {
         let mut copies = Self::default();
         copies.choose(&meanings, to);
         for (path, copy) in &copies.of {
-            if own.files[path].includes_next() {
+            if own.includes_next(path) {
                 let file = path.display();
-                let why = "its includes have to be spelled as the files are, because it has #include_next";
+                let why = "with #include_next a header has to spell its includes as the files are, and so have those that it \
+                           includes, without copies of a kit's headers";
                 return Err(io::Error::other(format!("{file}: {why}")));
             }
             let text = copies.text(path, &own.files[path].text, own, &meanings[path.as_path()]);

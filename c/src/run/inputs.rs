@@ -138,7 +138,7 @@ fn sources_in(folder: &Path) -> Result<Vec<Source>, Sentence> {
         let path = entry.map_err(unreadable)?.path();
         let is_hidden = path.file_name().is_some_and(|name| name.as_encoded_bytes()[0] == b'.');
         match Language::of(&path) {
-            // A link to a file that is gone is not left out: the compiler names it.
+            // A link to a file that is gone is not left out: it can't be read then.
             Some(language) if (path.is_file() || !path.exists()) && !is_hidden => {
                 sources.push(Source { path: as_no_option(without_dot(path)), language });
             }

@@ -51,7 +51,12 @@ pub(crate) fn link(
         Ok(command)
     };
     let beside = inputs.archives.iter().map(|archive| folder_of(archive).to_owned());
-    let mut folders: Vec<_> = options.library_folders.iter().cloned().chain(beside).collect();
+    let mut folders: Vec<PathBuf> = Vec::new();
+    for folder in options.library_folders.iter().cloned().chain(beside) {
+        if !folders.contains(&folder) {
+            folders.push(folder);
+        }
+    }
     let mut taken = Vec::new();
     let mut output = None;
     if cfg!(target_os = "linux") {

@@ -73,14 +73,11 @@ impl OwnFile {
         words.iter().sum::<usize>() > self.includes.len()
     }
 
-    /// Whether it includes what comes after its own folder: a copy of it has no place among the folders.
-    pub(crate) fn includes_next(&self) -> bool {
+    /// Whether it may include what comes after its own folder.
+    fn names_next(&self) -> bool {
         let code = String::from_utf8_lossy(&self.code);
-        code.lines().filter_map(|line| line.trim_start().strip_prefix('#')).any(|directive| {
-            ["include_next", "if __has_include_next"]
-                .iter()
-                .any(|word| directive.trim_start().starts_with(word))
-        })
+        let mut directives = code.lines().filter(|line| line.trim_start().starts_with('#'));
+        directives.any(|directive| directive.contains("include_next"))
     }
 }
 
@@ -165,6 +162,13 @@ impl OwnFiles {
             }
         }
         names
+    }
+
+    /// Whether this file is found in an include folder, and includes what comes after that: a copy has no place there, and
+    /// would find the file itself.
+    pub(crate) fn includes_next(&self, path: &Path) -> bool {
+        let is_in_folder = |own: &Own| !own.is_beside && own.file == path;
+        self.files[path].names_next() && self.includes().filter_map(Include::own).any(is_in_folder)
     }
 
     /// All includes of all files.

@@ -10,7 +10,7 @@ use ft_transfer_area::{LogEntry, Logged, LoggedCycle};
 use log::Level;
 
 use crate::format::{RecordedEvent, Transfer};
-use crate::under_way::Told;
+use crate::under_way::Missed;
 
 /// So many messages about transfers have room beside the cycles.
 const OF_TRANSFERS: usize = 16;
@@ -42,7 +42,7 @@ pub struct Feed {
     lost: Arc<AtomicU64>,
     /// How many were lost since the last entry.
     lost_since: u64,
-    told: Told,
+    missed: Missed,
 }
 
 /// An entry, before which this number was lost.
@@ -98,40 +98,36 @@ impl Feed {
     pub(crate) fn channel(capacity: usize) -> (Self, Receiver<FedEntry>, Arc<AtomicU64>) {
         let (sender, entries) = bounded(capacity + OF_TRANSFERS);
         let lost = Arc::new(AtomicU64::new(0));
-        let told = Told::default();
-        let feed = Self { sender, capacity, lost: Arc::clone(&lost), lost_since: 0, told };
+        let missed = Missed::default();
+        let feed = Self { sender, capacity, lost: Arc::clone(&lost), lost_since: 0, missed };
         (feed, entries, lost)
     }
 
     /// Records a cycle.
     pub fn cycle(&mut self, cycle: LoggedCycle) {
-        let has_room = self.catch_up() && self.sender.len() < self.capacity;
+        let has_room = self.repeat_missed() && self.sender.len() < self.capacity;
         if !(has_room && self.put(Fed::Cycle(cycle))) {
             self.lose();
         }
     }
 
-    /// Records what has happened to a transfer. It has room of its own; what has none is summed up when there is some.
+    /// Records what has happened to a transfer. It has room of its own; of what has none the newest comes when there is
+    /// some.
     pub fn transfer(&mut self, at: Instant, what: Transfer) {
-        let has_room = self.catch_up();
-        self.told.take(&what);
-        if !(has_room && self.put(Fed::Transfer { at, what })) {
+        if !(self.repeat_missed() && self.put(Fed::Transfer { at, what: what.clone() })) {
             self.lose();
-            self.told.miss(at);
+            self.missed.note(at, &what);
         }
     }
 
-    /// Tells what had no room before. Returns whether there was room for that.
-    fn catch_up(&mut self) -> bool {
-        let missed = self.told.missed();
-        if self.sender.len() + missed.len() > self.capacity + OF_TRANSFERS {
-            return false;
+    /// Returns whether there was room for it.
+    fn repeat_missed(&mut self) -> bool {
+        let Some((at, what)) = self.missed.get() else { return true };
+        let is_put = self.put(Fed::Transfer { at, what });
+        if is_put {
+            self.missed.clear();
         }
-        for (at, what) in missed {
-            self.put(Fed::Transfer { at, what });
-        }
-        self.told.caught_up();
-        true
+        is_put
     }
 
     fn put(&mut self, what: Fed) -> bool {
@@ -199,14 +195,17 @@ mod tests {
         assert_eq!(waiting(&entries).len(), 2 + OF_TRANSFERS);
         cycle(&mut feed);
         assert_eq!(waiting(&entries), [(2, Some(began("BETA"))), (0, None)]);
-        // One that has ended meanwhile has ended.
+        // How it has ended is told, and no watchdog hides that.
         for _ in 0..2 + OF_TRANSFERS {
             feed.transfer(Instant::now(), began("GAMMA"));
         }
-        feed.transfer(Instant::now(), Transfer::Ended);
+        let error = "the network is gone".to_owned();
+        let failure = crate::Failure { kind: crate::FailureKind::Other, error };
+        let ended = Transfer::EndedBy(failure);
+        feed.transfer(Instant::now(), ended.clone());
+        feed.transfer(Instant::now(), Transfer::WatchdogExpired { limit_ms: 5 });
         waiting(&entries);
         feed.transfer(Instant::now(), began("DELTA"));
-        let expected = [(1, Some(Transfer::Ended)), (0, Some(began("DELTA")))];
-        assert_eq!(waiting(&entries), expected);
+        assert_eq!(waiting(&entries), [(2, Some(ended)), (0, Some(began("DELTA")))]);
     }
 }

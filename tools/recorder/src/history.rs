@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::feed::{Fed, FedEntry};
 use crate::format::Transfer;
 use crate::part::PARTS;
-use crate::under_way::{Told, UnderWay};
+use crate::under_way::{Missed, UnderWay};
 
 /// How many bytes of messages about transfers have room beside the rest.
 const OF_TRANSFERS: usize = 64 << 10;
@@ -95,7 +95,7 @@ struct Follower {
     lost_since: u64,
     /// Cycles were lost, so the next one needs more than what differs from them.
     needs_whole: bool,
-    told: Told,
+    missed: Missed,
 }
 
 impl History {
@@ -240,16 +240,16 @@ impl History {
         self.forget(now);
         let (sender, kept) = unbounded();
         let (waiting, lost) = (Arc::default(), Arc::default());
-        let mut follower = Follower {
+        let follower = Follower {
             sender,
             waiting: Arc::clone(&waiting),
             lost: Arc::clone(&lost),
             lost_since: 0,
             needs_whole: false,
-            told: Told::since(self.before.under_way.clone()),
+            missed: Missed::default(),
         };
         for entry in &self.kept {
-            follower.told_of(entry);
+            follower.lost.fetch_add(entry.lost, Ordering::Relaxed);
             // It fits, as it does here. The other end is there.
             follower.put(Arc::clone(entry));
         }
@@ -276,16 +276,17 @@ impl History {
 impl Follower {
     /// Hands on the newest entry, with these numbers of all parts. It is lost when too much waits for the disk.
     fn hand_on(&mut self, kept: &Arc<Kept>, room: usize, newest: &[Vec<i32>]) {
-        let is_told = self.catch_up(room);
-        self.told_of(kept);
+        // With those that the handler's log had no room for.
+        self.lost.fetch_add(kept.lost, Ordering::Relaxed);
+        let is_repeated = self.repeat_missed(room);
         let is_transfer = matches!(kept.what, What::Transfer(_));
         let room = if is_transfer { room + OF_TRANSFERS } else { room };
-        if !is_told || self.waiting.load(Ordering::Relaxed) + kept.bytes() > room {
+        if !is_repeated || self.waiting.load(Ordering::Relaxed) + kept.bytes() > room {
             self.needs_whole |= matches!(kept.what, What::Cycle(_));
-            self.lost_since += 1;
+            self.lost_since += kept.lost + 1;
             self.lost.fetch_add(1, Ordering::Relaxed);
-            if is_transfer {
-                self.told.miss(kept.at);
+            if let What::Transfer(message) = &kept.what {
+                self.missed.note(kept.at, message);
             }
             return;
         }
@@ -304,29 +305,19 @@ impl Follower {
         self.put(Arc::new(Kept { at: kept.at, lost, what }));
     }
 
-    /// Tells what had no room before. Returns whether there was room for that.
-    fn catch_up(&mut self, room: usize) -> bool {
-        let missed = self.told.missed();
-        if missed.is_empty() {
-            return true;
-        }
+    /// Returns whether there was room for it.
+    fn repeat_missed(&mut self, room: usize) -> bool {
+        let Some((at, message)) = self.missed.get() else { return true };
+        let kept = Kept { at, lost: self.lost_since, what: What::Transfer(message) };
         let waiting = self.waiting.load(Ordering::Relaxed);
-        let entry = |(at, what)| Kept { at, lost: 0, what: What::Transfer(what) };
-        let mut missed: Vec<Kept> = missed.into_iter().map(entry).collect();
-        let bytes: usize = missed.iter().map(Kept::bytes).sum();
-        if waiting > 0 && waiting + bytes > room + OF_TRANSFERS {
+        // It may be longer than all the room.
+        if waiting > 0 && waiting + kept.bytes() > room + OF_TRANSFERS {
             return false;
         }
-        missed[0].lost = std::mem::take(&mut self.lost_since);
-        missed.into_iter().for_each(|kept| self.put(Arc::new(kept)));
-        self.told.caught_up();
+        self.lost_since = 0;
+        self.missed.clear();
+        self.put(Arc::new(kept));
         true
-    }
-
-    fn told_of(&mut self, kept: &Kept) {
-        if let What::Transfer(message) = &kept.what {
-            self.told.take(message);
-        }
     }
 
     fn put(&self, kept: Arc<Kept>) {

@@ -638,7 +638,7 @@ impl Worker {
     fn record_until_stopped(&mut self, file: &mut Target) -> McapResult<()> {
         loop {
             let rename = self.renames.recv_timeout(LOOK);
-            let lost = self.lost().entries;
+            let before = self.lost().entries;
             let goes_on = self.take_all(file)?;
             if let Ok(rename) = &rename {
                 // On a disk that stands still this waits, and not the new name, which could not be taken back.
@@ -647,6 +647,8 @@ impl Worker {
             }
             if matches!(rename, Err(RecvTimeoutError::Disconnected)) || !goes_on {
                 self.report(file)?;
+                // When nothing more comes, all that was lost is known.
+                let lost = if goes_on { before } else { self.lost().entries };
                 return self.tell_last_lost(file, lost);
             }
             self.flush_if_due(file, Instant::now())?;

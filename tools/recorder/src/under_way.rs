@@ -57,40 +57,25 @@ impl UnderWay {
     }
 }
 
-/// What has happened to a transfer, for a queue that may be full. What had no room is told as soon as there is some:
+/// The newest of what has happened to transfers for which a queue had no room. It is told as soon as there is some:
 /// otherwise all that follows would be of the transfer before.
 #[derive(Debug, Default)]
-pub(crate) struct Told {
-    under_way: UnderWay,
-    /// When the last of it was that had no room.
-    missed: Option<Instant>,
-}
+pub(crate) struct Missed(Option<(Instant, Transfer)>);
 
-impl Told {
-    pub(crate) fn since(under_way: UnderWay) -> Self {
-        Self { under_way, missed: None }
-    }
-
-    pub(crate) fn take(&mut self, message: &Transfer) {
-        self.under_way.take(message);
-    }
-
-    /// What was taken last had no room.
-    pub(crate) fn miss(&mut self, at: Instant) {
-        self.missed = Some(at);
-    }
-
-    /// What has to be told first; nothing if all was told.
-    pub(crate) fn missed(&self) -> Vec<(Instant, Transfer)> {
-        let Some(at) = self.missed else { return Vec::new() };
-        match self.under_way.messages() {
-            [] => vec![(at, Transfer::Ended)],
-            messages => messages.iter().map(|message| (at, message.clone())).collect(),
+impl Missed {
+    /// There was no room for this.
+    pub(crate) fn note(&mut self, at: Instant, message: &Transfer) {
+        if !matches!(message, Transfer::WatchdogExpired { .. } | Transfer::NotRecorded { .. }) {
+            self.0 = Some((at, message.clone()));
         }
     }
 
-    /// That was told.
-    pub(crate) fn caught_up(&mut self) {
-        self.missed = None;
+    pub(crate) fn get(&self) -> Option<(Instant, Transfer)> {
+        self.0.clone()
+    }
+
+    /// It was told.
+    pub(crate) fn clear(&mut self) {
+        self.0 = None;
     }
 }

@@ -24,7 +24,8 @@ use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
 /// How many bytes of lines may wait for their reader. A line may have hundreds of thousands.
 const ROOM: usize = 16 << 20;
-/// One part of so many is only for what happens to connections, which does not come again.
+/// One part of so many is only for what happens to connections, which does not come again. Half of that part is also for
+/// the last values of those that end.
 const KEPT_OF: usize = 16;
 /// The keys of lines that have a terminal.
 const TERMINALS: [&str; 3] = ["input", "counter", "motor"];
@@ -214,10 +215,12 @@ impl Changes {
 
     /// Prints the values of a connection that had no room: no cycle tries them again.
     fn tell_rest(&mut self, seen: &Seen) {
-        let mut areas = self.seen.remove(&seen.connection).unwrap_or_default();
+        let Some(mut areas) = self.seen.remove(&seen.connection) else { return };
+        let room = self.lines.room() / (2 * KEPT_OF) * (2 * KEPT_OF - 1);
         for (area, values) in areas.iter_mut().enumerate() {
             for known in values.iter_mut().filter(|known| !known.had_room) {
-                known.had_room = self.try_put(seen, self.line(area, &known.value, known.cycle));
+                let line = self.line(area, &known.value, known.cycle);
+                known.had_room = self.put_below(seen, line, room);
             }
         }
         self.seen.insert(seen.connection, areas);
@@ -244,6 +247,14 @@ impl Changes {
 
     /// Prints a line, if there is room for it, with how many are lost before it.
     fn try_put(&mut self, seen: &Seen, value: Value) -> bool {
+        let room = match is_of_connection(&seen.what) {
+            true => self.lines.room(),
+            false => self.lines.room() / KEPT_OF * (KEPT_OF - 1),
+        };
+        self.put_below(seen, value, room)
+    }
+
+    fn put_below(&mut self, seen: &Seen, value: Value, room: usize) -> bool {
         let ms = seen.at.saturating_duration_since(self.begin).as_micros() as f64 / 1e3;
         let mut line = Map::from_iter([("ms".to_owned(), json!(ms))]);
         line.insert("connection_number".to_owned(), json!(seen.connection));
@@ -255,10 +266,6 @@ impl Changes {
         }
         let line = print::json_line(&Value::Object(line));
         let bytes = line.capacity();
-        let room = match is_of_connection(&seen.what) {
-            true => self.lines.room(),
-            false => self.lines.room() / KEPT_OF * (KEPT_OF - 1),
-        };
         let had_room = self.lines.put_below(line, bytes, room);
         if had_room {
             self.lost = 0;

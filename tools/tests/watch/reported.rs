@@ -412,6 +412,7 @@ fn what_becomes_of_a_program_that_another_one_displaces_is_told_as_its_own() {
     }
     second.exchange([3; 8]);
     let mut third = TcpStream::connect(("127.0.0.1", port)).unwrap();
+    third.set_read_timeout(Some(LIMIT)).unwrap();
     assert!(!matches!(third.read(&mut [0]), Ok(1..)), "the controller takes two");
     second.end();
     running.signal("INT");
