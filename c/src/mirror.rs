@@ -115,7 +115,7 @@ impl<A: Area> Mirror<A> {
             let places = self.array.places(index);
             // The id first: the program raises it when the configuration is written.
             self.known[index].config_id = Some(self.array.load(places.config_id));
-            area.config = sent::<A>(self.array.load(places.config), self.is_on_txt());
+            area.config = sent::<A>(self.array.load(places.config), self.is_on_txt(), index);
             area.raise_config_id();
         }
     }
@@ -305,7 +305,7 @@ impl<A: Area> Mirror<A> {
             let config_id = array.load(places.config_id);
             if known.config_id != Some(config_id) {
                 known.config_id = Some(config_id);
-                area.config = sent::<A>(array.load(places.config), self.supply.is_some());
+                area.config = sent::<A>(array.load(places.config), self.supply.is_some(), index);
                 area.raise_config_id();
             }
             let output = read(array, places.output);
@@ -422,15 +422,16 @@ fn keep_configured<A: Area>(
     }
 }
 
-/// A program's configuration as a TXT in online mode understands it.
-fn sent<A: Area>(mut config: Config, is_on_txt: bool) -> Config {
+/// A program's configuration of this area as a TXT in online mode understands it.
+fn sent<A: Area>(mut config: Config, is_on_txt: bool, area: usize) -> Config {
     if A::COUNTERS_NORMAL_AT_0 {
         for counter in &mut config.cnt {
             counter.mode = u8::from(counter.mode == 0);
         }
     }
     if is_on_txt {
-        config.uni.iter_mut().enumerate().for_each(|(index, input)| *input = on_txt(index, *input));
+        let inputs = config.uni.iter_mut().enumerate();
+        inputs.for_each(|(index, input)| *input = on_txt(area, index, *input));
         // There is no other.
         config.cnt.iter_mut().for_each(|counter| counter.mode = CounterMode::Normal as u8);
     }
@@ -447,16 +448,17 @@ pub(crate) fn ta_firmware(firmware: FirmwareVersion) -> [u8; 4] {
     [0, ROBOLIB_DLL, major, minor]
 }
 
-/// The configuration of an input as the library on a TXT itself understands it: it does not know all modes, and a
-/// distance is never digital.
-fn on_txt(index: usize, input: UniConfig) -> UniConfig {
+/// The configuration of an input of this area as the library on a TXT itself understands it: it does not know all modes,
+/// and a distance is never digital.
+fn on_txt(area: usize, index: usize, input: UniConfig) -> UniConfig {
     match input.input_mode() {
         Some(InputMode::Voltage | InputMode::Resistance) => input,
         Some(InputMode::Ultrasonic) => UniConfig::analog(InputMode::Ultrasonic),
         _ => {
             let (number, mode) = (index + 1, input.mode);
+            let of = if area == 0 { String::new() } else { format!(" of extension {area}") };
             report::warning(format_args!(
-                "I{number} measures a voltage, because a program on a TXT can't use the mode {mode}"
+                "I{number}{of} measures a voltage, because a program on a TXT can't use the mode {mode}"
             ));
             UniConfig::analog(InputMode::Voltage)
         }

@@ -31,7 +31,7 @@ use self::values::Noise;
 use crate::guardian::Guardian;
 use crate::interrupt::{self, Driving};
 use crate::names::{self, Names};
-use crate::{arguments, lines};
+use crate::{arguments, lines, print};
 
 /// The environment variable with the password for the broker: an argument could be read by everybody.
 const PASSWORD: &str = "TXT_MQTT_PASSWORD";
@@ -99,7 +99,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let names = args.names.read(controllers.len())?;
     let broker_limit = Duration::from_millis(args.broker_limit);
     let broker = Broker::new(&args.mqtt, login(args.user.clone())?, broker_limit)?;
-    let hosts: Vec<_> = controllers.iter().map(|(_, host)| host.clone()).collect();
+    let (labels, hosts): (Vec<_>, Vec<_>) = controllers.iter().cloned().unzip();
     let stop = AtomicBool::new(false);
     let machines = controllers
         .into_iter()
@@ -113,13 +113,13 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let done = thread::scope(|scope| {
         // One message of each machine.
         let (ended, ends) = bounded(machines.len());
-        for (machine, guardian) in machines.into_iter().zip(guardians) {
+        for ((machine, guardian), name) in machines.into_iter().zip(guardians).zip(labels) {
             let ended = ended.clone();
             let work = move || {
                 let crashed = |_| bail!("the bridge has crashed, and its motors are stopped");
                 let result = catch_unwind(AssertUnwindSafe(|| machine.run(guardian)));
                 // It is received until the last one has ended.
-                let _ = ended.send(result.unwrap_or_else(crashed));
+                let _ = ended.send(result.unwrap_or_else(crashed).context(name));
             };
             let started = thread::Builder::new().spawn_scoped(scope, work);
             if let Err(error) = started {
@@ -134,8 +134,16 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         };
         // One that fails ends all: a factory without one of its machines should not go on.
         stop.store(true, Ordering::Relaxed);
-        let others: anyhow::Result<Vec<()>> = ends.iter().collect();
-        first.and(others.map(drop))
+        let mut done = first;
+        for end in &ends {
+            match (&done, end) {
+                (Ok(()), end) => done = end,
+                // The first one is told at the end.
+                (Err(_), Err(other)) => lines::print(&print::sentence(&other)),
+                (Err(_), Ok(())) => {}
+            }
+        }
+        done
     });
     done
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area_simulator::{Machine, SimulatedTxt};
+use ft_transfer_area_simulator::{FaultKind, Machine, SimulatedTxt};
 use serde_json::{json, Value};
 
 use super::support::{
@@ -50,6 +50,36 @@ fn a_broker_that_dies_stops_the_motors_and_may_come_back() {
     broker.start_again();
     listener.wait(from, "subscribed", |_| true);
     works_again(&txt, &listener, from);
+}
+
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
+#[test]
+fn at_the_end_each_controller_that_is_away_is_named() {
+    let Some(broker) = Broker::start() else { return };
+    let listener = Listener::new(&broker);
+    let both = [(); 2].map(|()| SimulatedTxt::builder().start().unwrap());
+    let [one, other] = both.each_ref().map(|txt| txt.address().to_string());
+    let arguments = [&*one, &other, "--name", "press", "--name", "saw"];
+    let mut bridge = Bridge::start(broker.port, arguments);
+    for name in ["press", "saw"] {
+        listener.wait(0, &format!("ft/{name}/state"), is_state("online"));
+    }
+    let from = listener.now();
+    for txt in &both {
+        txt.with_machine(|machine| {
+            machine.set_absent(true);
+            machine.disturb(FaultKind::Close { after: 0 });
+        });
+    }
+    for name in ["press", "saw"] {
+        listener.wait(from, &format!("ft/{name}/state"), |state| state["state"] != "online");
+    }
+    bridge.interrupt();
+    for name in ["press", "saw"] {
+        bridge.wait_for(&format!("{name}: the transfer ended with an error"));
+    }
+    both.iter().for_each(|txt| txt.with_machine(|machine| machine.set_absent(false)));
+    assert!(!bridge.wait().success());
 }
 
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
