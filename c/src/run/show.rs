@@ -2,9 +2,9 @@
 
 use std::env;
 use std::ffi::OsStr;
-use std::io::{BufRead, BufReader, ErrorKind};
+use std::io::{self, BufRead, BufReader, ErrorKind, Read};
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::sync_channel;
+use std::sync::mpsc::{sync_channel, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -13,6 +13,8 @@ use crate::{say, signals, Sentence};
 
 /// How long the world may take until it is shown.
 const LIMIT: Duration = Duration::from_secs(20);
+/// How long a line of it may be, in bytes.
+const LINE: u64 = 4096;
 
 /// A running `txt simulate --show`. It ends with this value.
 pub(crate) struct Shown {
@@ -54,10 +56,7 @@ impl Shown {
 
     /// Reads the lines before the page's: with the address. Another program may have the name `txt`.
     fn wait_for_page(&mut self) -> Option<String> {
-        let out = BufReader::new(self.process.stdout.take()?);
-        let (sender, lines) = sync_channel(16);
-        let read = move || out.lines().map_while(Result::ok).try_for_each(|line| sender.send(line));
-        thread::Builder::new().spawn(read).ok()?;
+        let lines = lines_of(self.process.stdout.take()?).ok()?;
         let limit = Instant::now() + LIMIT;
         while let Ok(line) = lines.recv_timeout(limit.saturating_duration_since(Instant::now())) {
             if let Some(address) = line.strip_prefix("main ") {
@@ -68,6 +67,23 @@ impl Shown {
         }
         None
     }
+}
+
+/// The lines that come, in pieces where they are too long, until nobody waits for them.
+fn lines_of(from: impl Read + Send + 'static) -> io::Result<Receiver<String>> {
+    let (sender, lines) = sync_channel(16);
+    let read = move || {
+        let mut from = BufReader::new(from);
+        let mut line = Vec::new();
+        while from.by_ref().take(LINE).read_until(b'\n', &mut line).is_ok_and(|length| length > 0) {
+            if sender.send(String::from_utf8_lossy(&line).trim_end().to_owned()).is_err() {
+                return;
+            }
+            line.clear();
+        }
+    };
+    thread::Builder::new().spawn(read)?;
+    Ok(lines)
 }
 
 impl Drop for Shown {
@@ -91,4 +107,16 @@ fn in_a_group_of_its_own(command: &mut Command) {
     use std::os::windows::process::CommandExt;
     const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
     command.creation_flags(CREATE_NEW_PROCESS_GROUP);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_without_an_end_comes_in_pieces() {
+        let lines = lines_of("main here\n".as_bytes().chain(io::repeat(b'x'))).unwrap();
+        assert_eq!(lines.recv().as_deref(), Ok("main here"));
+        assert_eq!(lines.recv().map(|line| line.len() as u64), Ok(LINE));
+    }
 }
