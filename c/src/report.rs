@@ -107,9 +107,14 @@ impl Repeated {
     const PAUSE: Duration = Duration::from_secs(60);
     /// So many lines in a minute, and so many sentences: one for each device of an I2C bus, read and written.
     const MOST: usize = 256;
+    /// How many bytes of a sentence are said and remembered: a program may give a host any name.
+    const LONGEST: usize = 1024;
 
     /// The line to write now, if there is one.
     pub(crate) fn line(&mut self, sentence: &str, now: Instant) -> Option<String> {
+        let is_end = |end: &usize| sentence.is_char_boundary(*end);
+        let end = (0..=sentence.len().min(Self::LONGEST)).rev().find(is_end);
+        let sentence = &sentence[..end.unwrap_or(0)];
         let pause = |at: Instant| now.saturating_duration_since(at);
         if self.minute.is_none_or(|(begun, _)| pause(begun) >= Self::PAUSE) {
             self.minute = Some((now, 0));
@@ -161,6 +166,18 @@ mod tests {
         assert_eq!(line("no device", 90).as_deref(), Some("no device (60 more in 90 s)"));
         assert_eq!(line("no device", 91), None);
         assert_eq!(line("another", 91).as_deref(), Some("another (1 more in 90 s)"));
+    }
+
+    #[test]
+    fn of_a_sentence_so_many_bytes_are_said_and_remembered() {
+        let (mut repeated, now) = (Repeated::default(), Instant::now());
+        let sentence = |number| format!("{number}{}: refused", "ä".repeat(10_000));
+        for number in 1..=2 {
+            let line = repeated.line(&sentence(number), now).unwrap();
+            assert_eq!(line, format!("{number}{}", "ä".repeat(511)));
+        }
+        assert_eq!(repeated.line(&sentence(1), now), None);
+        assert!(repeated.said.keys().all(|sentence| sentence.capacity() <= Repeated::LONGEST));
     }
 
     #[test]
