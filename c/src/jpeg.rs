@@ -45,15 +45,20 @@ pub(crate) fn camera_options(settings: [i32; 4]) -> Result<CameraOptions, Error>
 pub(crate) struct Buffer(Vec<u8>);
 
 impl Buffer {
-    /// Waits for the next frame that is a picture, and takes it in, repaired. Returns where the program finds
+    /// Waits for the next frame of the controller at this host that is a picture, and takes it in, repaired. Returns where the program finds
     /// it, and its size; `None` when no more frames come, or no picture in time.
-    pub(crate) fn next(&mut self, frames: &Receiver<CameraFrame>) -> Option<(*mut u8, usize)> {
-        self.next_within(FRAME_LIMIT, frames)
+    pub(crate) fn next(
+        &mut self,
+        host: &str,
+        frames: &Receiver<CameraFrame>,
+    ) -> Option<(*mut u8, usize)> {
+        self.next_within(FRAME_LIMIT, host, frames)
     }
 
     fn next_within(
         &mut self,
         limit: Duration,
+        host: &str,
         frames: &Receiver<CameraFrame>,
     ) -> Option<(*mut u8, usize)> {
         let deadline = Instant::now() + limit;
@@ -70,8 +75,9 @@ impl Buffer {
             }
         }
         if let Some(error) = wrong {
-            let why = format!("no frame of the camera was a picture for {limit:?}: {error:#}");
-            report::failure(why);
+            report::failure(format_args!(
+                "{host}: no frame of the camera was a picture for {limit:?}: {error:#}"
+            ));
         }
         None
     }
@@ -154,7 +160,7 @@ mod tests {
                 }
             });
             let limit = Duration::from_millis(100);
-            assert!(Buffer::default().next_within(limit, &frames).is_none());
+            assert!(Buffer::default().next_within(limit, "10.0.0.7", &frames).is_none());
             is_over.store(true, Ordering::Relaxed);
         });
         assert!(Instant::now() < deadline, "it has waited as long as frames came");

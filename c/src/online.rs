@@ -79,7 +79,7 @@ impl Online {
             Ok(note) => Some(note),
             Err(error) => {
                 report::warning(format_args!(
-                    "tx_run can't stop the motors if this program is killed: {error:#}"
+                    "{host}: tx_run can't stop the motors if this program is killed: {error:#}"
                 ));
                 None
             }

@@ -167,7 +167,8 @@ fn stop_by(
             done => break done.with_context(|| format!("{host} is not stopped"))?,
         }
     };
-    let reported = format!("all outputs of {} are off", print::clean(&stopped.name()));
+    let name = stopped.name();
+    let reported = format!("all outputs of {} at {host} are off", print::clean(&name));
     if limit.is_zero() {
         return print::line(reported);
     }

@@ -19,9 +19,11 @@ fn a_controller_that_a_killed_client_left_on_is_stopped() {
     // It sends no last exchange.
     drop(client);
     assert!(txt.wait_until(|machine| !machine.online(), LIMIT));
-    let output = run(&["stop", &txt.address().to_string()]);
+    let address = txt.address().to_string();
+    let output = run(&["stop", &address]);
     assert!(output.status.success(), "{}", said(&output));
-    assert_eq!(String::from_utf8_lossy(&output.stdout), "all outputs of TX2013 are off\n");
+    let expected = format!("all outputs of TX2013 at {address} are off\n");
+    assert_eq!(String::from_utf8_lossy(&output.stdout), expected);
     let duties = duties.lock().unwrap();
     assert_eq!(duties[left - 1][0][0], 512);
     assert!(duties.len() > left, "nothing was sent");

@@ -214,7 +214,7 @@ impl Ex2 {
         let session = self.session().ok_or(Error::NotStarted)?;
         let frames = self.frames.lock().clone().ok_or(Error::NotStarted)?;
         let mut picture = self.picture.lock();
-        picture.next(&frames).ok_or_else(|| {
+        picture.next(&self.host, &frames).ok_or_else(|| {
             let handler = session.handler();
             handler.camera_error().or_else(|| handler.areas().error()).unwrap_or(Error::NotStarted)
         })

@@ -226,7 +226,7 @@ impl Kit {
         let frames = self.camera.lock().as_ref().map(|camera| camera.frames.clone());
         let frames = frames.ok_or("the camera was not started")?;
         // A program may stop the camera meanwhile.
-        let filled = self.picture.lock().next(&frames);
+        let filled = self.picture.lock().next(&self.host, &frames);
         filled.ok_or_else(|| {
             match self.camera.lock().as_ref().map(|camera| camera.stream.error()) {
                 Some(Some(error)) => format!("the camera has ended: {error:#}").into(),

@@ -376,6 +376,11 @@ impl Notes {
         } else {
             String::new()
         };
+        // Lines with the same words would be told once a minute, and each of these is about motors.
+        let motors_of = match is_other {
+            true => whose.clone(),
+            false => format!("connection {}: ", seen.connection),
+        };
         let was_refused = &mut self.refused[seen.line.index()][usize::from(is_other)];
         match &seen.what {
             Happened::Refused(error) if !*was_refused => {
@@ -401,7 +406,7 @@ impl Notes {
             }
             Happened::NoAnswer { command, since } => {
                 let missing = no_answer(*command, seen.at.saturating_duration_since(*since));
-                log::warn!("{whose}{missing}");
+                log::warn!("{motors_of}{missing}");
             }
             Happened::Unanswered(them)
                 if them.forgotten > 0 && self.told.insert((seen.connection, Once::LeftOut)) =>
@@ -409,12 +414,16 @@ impl Notes {
                 log::warn!("{whose}{}, and perhaps more", forgotten(them.forgotten));
             }
             Happened::Missed => log::warn!("{whose}{}", missed(seen.line)),
-            Happened::Halted { gone, error: None } => log::warn!("{whose}{}", halted(*gone, None)),
+            Happened::Halted { gone, error: None } => {
+                log::warn!("{motors_of}{}", halted(*gone, None))
+            }
             // Motors may go on: no warning takes the room of these.
             Happened::Halted { gone, error } => {
-                log::error!("{whose}{}", halted(*gone, error.as_ref()))
+                log::error!("{motors_of}{}", halted(*gone, error.as_ref()))
             }
-            Happened::Offline(Farewell::Unanswered) => log::error!("{whose}{FAREWELL_UNANSWERED}"),
+            Happened::Offline(Farewell::Unanswered) => {
+                log::error!("{motors_of}{FAREWELL_UNANSWERED}");
+            }
             Happened::Command(_) | Happened::Cycle(_) | Happened::Picture(_) | Happened::I2c(_) => {
                 *was_refused = false
             }
