@@ -110,12 +110,19 @@ fn is_below_system(file: &Path) -> bool {
     SYSTEM.iter().any(|place| file.starts_with(place))
 }
 
-/// Checks that no library is in this folder: the loader takes a `:` in its name for the end of the name.
+/// Whether the loader takes this for a folder: a `:` is the end of a name for it, and these words mean others.
+fn is_for_loader(folder: &Path) -> bool {
+    let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    let name = folder.to_string_lossy();
+    !["$ORIGIN", "$LIB", "$PLATFORM", "${", ":"].iter().any(|part| name.contains(part))
+}
+
+/// Checks that no library is in this folder, which the loader would not find.
 fn check_needs_none_of(folder: &Path, libraries: &[&Library]) -> Result<(), Sentence> {
     match libraries.iter().find(|library| folder_of(&library.file) == folder) {
         Some(library) => {
             let file = library.file.display();
-            Err(format!("the program would not find {file}: no folder of a library may have a `:` in its name").into())
+            Err(format!("the program would not find {file}: no folder of a library may have a `:`, or a word such as $LIB, in its name").into())
         }
         None => Ok(()),
     }
@@ -146,9 +153,9 @@ pub(crate) fn folders(
         };
         let next = rest.remove(place);
         rest.retain(|folder| *folder != next);
-        match next.as_os_str().as_encoded_bytes().contains(&b':') {
-            false => ordered.push(next),
-            true => check_needs_none_of(&next, &libraries)?,
+        match is_for_loader(&next) {
+            true => ordered.push(next),
+            false => check_needs_none_of(&next, &libraries)?,
         }
     }
     Ok(ordered)

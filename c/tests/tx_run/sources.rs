@@ -787,6 +787,13 @@ fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_wit
     let ended = status(&["-L", "a", "-l", "other", "-l", "speed"], &[("LDFLAGS", "-Lc:d")]);
     assert_eq!(ended.status, Some(1));
     assert!(ended.err.contains("c:d/libspeed.so: no folder of a library"), "{}", ended.err);
+    // And for a folder of the system, whatever that has.
+    library("$LIB", "speed", 2);
+    let ended = status(&["-L", "a", "-L", "$LIB", "-l", "other", "-l", "speed"], &[]);
+    assert_eq!(ended.status, Some(41), "that in `a` comes first: {ended:?}");
+    let ended = status(&["-L", "$LIB", "-l", "speed", other], &[]);
+    assert_eq!(ended.status, Some(1));
+    assert!(ended.err.contains("$LIB/libspeed.so: no folder of a library"), "{}", ended.err);
     // One of the system, which an order does not help.
     library("sdk", "vendor", 9);
     let main = "#include <math.h>\n#include <stdlib.h>\nint vendor(void);\n\
