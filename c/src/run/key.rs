@@ -8,6 +8,8 @@ use std::fmt::Write;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
+#[cfg(unix)]
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use twox_hash::XxHash3_128;
 
@@ -173,11 +175,22 @@ fn changed(file: &fs::Metadata) -> Option<String> {
     let more = {
         use std::os::unix::fs::MetadataExt;
         // No program can set this time back.
-        (file.dev(), file.ino(), file.ctime(), file.ctime_nsec())
+        let time = (file.ctime(), file.ctime_nsec());
+        let now = SystemTime::now().duration_since(UNIX_EPOCH).ok()?;
+        // Nothing is as it was a moment before.
+        let moment = hides_changes(time, now).then_some(now);
+        (file.dev(), file.ino(), time, moment)
     };
     #[cfg(not(unix))]
     let more = ();
     Some(format!("{} {modified:?} {more:?}", file.len()))
+}
+
+/// Whether a file may change once more with the same time: some disks have only whole seconds, or every second one.
+#[cfg(unix)]
+fn hides_changes((seconds, nanoseconds): (i64, i64), now: Duration) -> bool {
+    const COARSEST: i64 = 2;
+    nanoseconds == 0 && now.as_secs() as i64 <= seconds + COARSEST
 }
 
 /// The key of what is compiled from this text, and what else distinguishes it from others. `None` when the compiler
@@ -323,6 +336,14 @@ mod tests {
 
     fn known(options: &str) -> bool {
         are_known(&options.split_whitespace().map(OsString::from).collect::<Vec<_>>())
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_time_of_whole_seconds_hides_changes_for_a_moment() {
+        let now = Duration::from_millis(100_900);
+        assert!([98, 99, 100].iter().all(|seconds| hides_changes((*seconds, 0), now)));
+        assert!(!hides_changes((97, 0), now) && !hides_changes((100, 1), now));
     }
 
     #[test]
