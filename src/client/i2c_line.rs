@@ -128,9 +128,15 @@ impl I2cLine {
         let mut held = self.0.held.lock();
         let mut used = self.usable(held.take())?;
         used.last_request = Instant::now();
-        let size = used.connection.transact(I2C_NAMES, request, buffer, size)?;
-        *held = Some(used);
-        Ok(size)
+        match used.connection.transact(I2C_NAMES, request, buffer, size) {
+            Ok(size) => {
+                *held = Some(used);
+                Ok(size)
+            }
+            // This side has closed the connection, and not the controller.
+            Err(_) if !self.is_current(used.session) => Err(not_online()),
+            Err(error) => Err(error),
+        }
     }
 
     /// Sends a request for nothing if the connection was silent for a while. Never waits: a request that is being
