@@ -106,7 +106,8 @@ impl Class {
             !pupils.is_empty(),
             "there is nobody in it: write [[pupils]] and name = \"…\" for each"
         );
-        let mut names: Vec<_> = pupils.iter().map(|pupil| pupil.name.as_str()).collect();
+        // No page shows a space at the end.
+        let mut names: Vec<_> = pupils.iter().map(|pupil| pupil.name.trim()).collect();
         names.sort_unstable();
         if let Some(two) = names.windows(2).find(|two| two[0] == two[1]) {
             bail!("two pupils are called {:?}: nobody could tell them apart", two[0]);
@@ -390,6 +391,7 @@ mod tests {
             ("[[pupils]]\nname = \"\"", "is no name"),
             ("[[pupils]]\nname = \"A\"\ntoken = \"geheim\"", "32 digits"),
             ("[[pupils]]\nname = \"A\"\n[[pupils]]\nname = \"A\"", "two pupils are called"),
+            ("[[pupils]]\nname = \"A\"\n[[pupils]]\nname = \" A \"", "two pupils are called"),
             ("[[pupils]]\nname = \"A\"\nworld = \"car\"\nlesson = 1", "not both"),
             ("[[pupils]]\nname = \"A\"\nplace = 0", "places begin with 1"),
             (
