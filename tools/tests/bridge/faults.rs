@@ -13,10 +13,11 @@ use serde_json::{json, Value};
 use super::support::{
     is_state, m1, mosquitto, wait_machine, Bridge, Broker, Listener, LONGEST_WAIT,
 };
+use crate::watch::away::at_free_ports;
 
 /// A bridge whose M1 turns.
 fn turning(broker: &Broker, listener: &Listener) -> (SimulatedTxt, Bridge) {
-    let txt = SimulatedTxt::builder().start().unwrap();
+    let txt = at_free_ports(|port| SimulatedTxt::builder().port(port));
     let host = txt.address().to_string();
     let limits = ["--master-limit", "0", "--broker-limit", "2000"];
     let bridge = Bridge::start(broker.port, [&*host, "--name", "press"].into_iter().chain(limits));

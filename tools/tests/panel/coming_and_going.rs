@@ -8,7 +8,7 @@ use serde_json::json;
 use super::page::is_running;
 use super::program::Panel;
 use super::LIMIT;
-use crate::watch::away::started;
+use crate::watch::away::{at_free_ports, started};
 
 /// A simulated TXT at the ports of one that was there before.
 fn at(port: u16) -> SimulatedTxt {
@@ -39,7 +39,7 @@ fn a_page_gets_the_names_of_all_controllers_however_many_they_are() {
 
 #[test]
 fn a_controller_that_goes_away_and_comes_back_is_told_and_its_motors_stay_off() {
-    let txt = SimulatedTxt::builder().start().unwrap();
+    let txt = at_free_ports(|port| SimulatedTxt::builder().port(port));
     let port = txt.port();
     let other = SimulatedTxt::builder().start().unwrap();
     let panel = Panel::of(&[&txt, &other]);
@@ -73,9 +73,7 @@ fn a_controller_that_goes_away_and_comes_back_is_told_and_its_motors_stay_off() 
 
 #[test]
 fn a_controller_that_is_not_there_yet_is_tried_again() {
-    let taken = SimulatedTxt::builder().start().unwrap();
-    let port = taken.port();
-    drop(taken);
+    let port = at_free_ports(|port| SimulatedTxt::builder().port(port)).port();
     let panel = Panel::start(&[&format!("127.0.0.1:{port}")]);
     let mut page = panel.page();
     let state = page.state(0, |state| !state["link"]["error"].is_null());
