@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, OnceLock};
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
@@ -418,6 +419,18 @@ fn the_first_start_makes_i2c_possible() {
     assert_eq!(ended.out, "0\n1703\n0 0\n", "{}", ended.err);
 }
 
+/// A simulated TXT at ports whose last one may not have let them go yet.
+fn back(builder: impl Fn() -> SimulatedTxtBuilder) -> SimulatedTxt {
+    let deadline = Instant::now() + Duration::from_secs(60);
+    loop {
+        match builder().start() {
+            Ok(txt) => return txt,
+            Err(error) => assert!(Instant::now() < deadline, "{error}"),
+        }
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
 #[cfg_attr(windows, ignore = "Windows has no signals")]
 #[test]
 fn an_exchange_begins_also_without_i2c_which_goes_on_when_it_is_there() {
@@ -430,13 +443,13 @@ fn an_exchange_begins_also_without_i2c_which_goes_on_when_it_is_there() {
     running.expect("0");
     drop(txt);
     // Nobody is at the port where the program looks for I2C.
-    let without_i2c = simulated().port(port).camera_port(0).i2c_port(0).start().unwrap();
+    let without_i2c = back(|| simulated().port(port).camera_port(0).i2c_port(0));
     running.signal(ASK);
     running.expect("0 1 1703");
     drop(without_i2c);
     running.signal(ASK);
     running.expect("1C04 0 1703");
-    let txt = simulated().port(port).start().unwrap();
+    let txt = back(|| simulated().port(port));
     running.signal(ASK);
     // The device is missing, as an I2C port has said.
     running.expect("0 1 170F");
