@@ -45,8 +45,8 @@ pub(crate) fn camera_options(settings: [i32; 4]) -> Result<CameraOptions, Error>
 pub(crate) struct Buffer(Vec<u8>);
 
 impl Buffer {
-    /// Waits for the next frame of the controller at this host that is a picture, and takes it in, repaired. Returns where the program finds
-    /// it, and its size; `None` when no more frames come, or no picture in time.
+    /// Waits for the next frame of the controller at this host that is a picture, and takes it in, repaired. Returns
+    /// where the program finds it, and its size; `None` when no more frames come, or no picture in time.
     pub(crate) fn next(
         &mut self,
         host: &str,

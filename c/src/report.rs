@@ -22,7 +22,8 @@ const HELD_LONG: &str = "ft_transfer_area::handler::long_guard";
 const NOT_ANSWERED: &str = "ft_transfer_area::handler::transfer::side";
 /// Which of them it was is said later: a callback may not return.
 const OFF: &str =
-    "all outputs are off, because for half a second the program did not return from a callback, or this computer was too busy";
+    "all outputs are off, because for half a second the program did not return from a callback, or this computer was \
+     too busy";
 
 struct Stderr;
 
@@ -90,8 +91,10 @@ pub(crate) fn is_told_by_code(error: &Error) -> bool {
 #[derive(Default)]
 pub(crate) struct Repeated {
     said: HashMap<String, Said>,
-    /// When the present minute began, and how many lines it has.
-    minute: Option<(Instant, usize)>,
+    /// When the present minute began.
+    minute: Option<Instant>,
+    /// How many lines it has.
+    lines: usize,
     /// How many were not said, because their minute had too many, or will not be said with a count any more.
     left_out: u64,
 }
@@ -116,8 +119,8 @@ impl Repeated {
         let end = (0..=sentence.len().min(Self::LONGEST)).rev().find(is_end);
         let sentence = &sentence[..end.unwrap_or(0)];
         let pause = |at: Instant| now.saturating_duration_since(at);
-        if self.minute.is_none_or(|(begun, _)| pause(begun) >= Self::PAUSE) {
-            self.minute = Some((now, 0));
+        if self.minute.is_none_or(|begun| pause(begun) >= Self::PAUSE) {
+            (self.minute, self.lines) = (Some(now), 0);
             // Others have their turn.
             if self.said.len() == Self::MOST {
                 self.left_out += self.said.drain().map(|(_, said)| said.since).sum::<u64>();
@@ -129,13 +132,12 @@ impl Repeated {
                 return None;
             }
         }
-        let lines = self.minute.as_mut().map(|(_, lines)| lines)?;
         let is_known = self.said.contains_key(sentence);
-        if *lines == Self::MOST || (!is_known && self.said.len() == Self::MOST) {
+        if self.lines == Self::MOST || (!is_known && self.said.len() == Self::MOST) {
             self.left_out += u64::from(!is_known);
             return None;
         }
-        *lines += 1;
+        self.lines += 1;
         let mut line = sentence.to_owned();
         if let Some(before) = self.said.insert(sentence.to_owned(), Said { at: now, since: 0 }) {
             let (since, seconds) = (before.since, pause(before.at).as_secs());

@@ -12,6 +12,7 @@ use ft_transfer_area_simulator::world::{
 };
 use ft_transfer_area_simulator::{Error, SimulatedFactory};
 
+use crate::drops_in_time;
 use crate::program::{sentences, Axes, Program, Turn};
 use crate::wire_client::{Client, LIMIT};
 
@@ -268,10 +269,5 @@ fn many_that_wait_take_no_longer_to_end_than_one() {
         Client::online(txt).send_exchange(&ExchangeData::default());
         running.recv_timeout(LIMIT).unwrap();
     }
-    let (sender, dropped) = mpsc::channel();
-    thread::spawn(move || {
-        drop(factory);
-        sender.send(())
-    });
-    assert_eq!(dropped.recv_timeout(LIMIT), Ok(()), "each is waited for");
+    drops_in_time(factory);
 }

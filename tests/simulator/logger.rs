@@ -2,14 +2,13 @@
 
 use std::sync::mpsc;
 use std::sync::{Condvar, Mutex};
-use std::thread;
 
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::Machine;
 
-use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};
+use crate::{drops_in_time, unpaced};
 
 /// The end of a line that no other test causes. The logger blocks at it.
 const BLOCKS: &str = "O1 of the master got duty 1234, which is not 0..=512";
@@ -89,12 +88,7 @@ fn a_logger_that_blocks_holds_up_no_simulated_txt() {
     };
     txt.with_machine(|machine| machine.set_outputs(7, outputs));
     client.exchange(&ExchangeData::default());
-    let (sender, dropped) = mpsc::channel();
-    thread::spawn(move || {
-        drop(txt);
-        sender.send(())
-    });
-    assert_eq!(dropped.recv_timeout(LIMIT), Ok(()), "the drop waits");
+    drops_in_time(txt);
     drop(unblock);
 }
 
@@ -110,11 +104,6 @@ fn a_script_that_does_not_return_holds_up_no_end() {
     let mut client = Client::online(&txt);
     client.send_exchange(&ExchangeData::default());
     running.recv_timeout(LIMIT).unwrap();
-    let (sender, dropped) = mpsc::channel();
-    thread::spawn(move || {
-        drop(txt);
-        sender.send(())
-    });
-    assert_eq!(dropped.recv_timeout(LIMIT), Ok(()), "the drop waits");
+    drops_in_time(txt);
     drop(goes_on);
 }

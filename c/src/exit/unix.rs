@@ -205,9 +205,12 @@ pub(crate) fn take_over(signal: c_int, handler: extern "C" fn(c_int)) {
 
 /// Whether Ctrl-C ends this process with a last exchange: it has begun a transfer, and leaves the signal to the system.
 pub(crate) fn ends_by_ctrl_c() -> bool {
-    let usual = on_end as extern "C" fn(c_int) as usize;
-    WATCHED_BY.load(Ordering::Acquire) == process::id()
-        && handler_of(libc::SIGINT).ok() == Some(usual)
+    WATCHED_BY.load(Ordering::Acquire) == process::id() && is_taken_by(libc::SIGINT, on_end)
+}
+
+/// Whether this handler of the library has the signal.
+fn is_taken_by(signal: c_int, handler: extern "C" fn(c_int)) -> bool {
+    handler_of(signal).is_ok_and(|present| present == handler as usize)
 }
 
 pub(crate) fn handler_of(signal: c_int) -> io::Result<usize> {
@@ -295,12 +298,9 @@ fn suspend(ender: &Thread) {
     // A thread that begins a transfer would take the signal up again, and it would do nothing.
     let takes_up = TAKES_UP.try_lock_for(LOCK_LIMIT);
     // One that still waits for a call would suspend once more. What is ignored is gone.
-    let own = on_suspend as extern "C" fn(c_int) as usize;
-    for (signal, _) in SUSPENDS {
-        if handler_of(signal).is_ok_and(|present| present == own) {
-            let _ = set(signal, libc::SIG_IGN);
-            let _ = set(signal, own);
-        }
+    for (signal, _) in SUSPENDS.into_iter().filter(|(signal, _)| is_taken_by(*signal, on_suspend)) {
+        let _ = set(signal, libc::SIG_IGN);
+        let _ = set(signal, on_suspend as extern "C" fn(c_int) as usize);
     }
     end_by(libc::SIGTSTP);
     // SAFETY: the set is one that this thread had.
@@ -413,8 +413,7 @@ fn look_for_pending() {
     let waits = |signal: c_int, handler: extern "C" fn(c_int)| {
         // SAFETY: the set is this function's, and this thread holds back all signals.
         let is_pending = unsafe { libc::sigismember(&raw const pending, signal) } == 1;
-        let is_own = || handler_of(signal).is_ok_and(|present| present == handler as usize);
-        is_pending && inside::is_held_by_library(signal) && is_own()
+        is_pending && inside::is_held_by_library(signal) && is_taken_by(signal, handler)
     };
     // One of a crash that another process has sent.
     let crash = CRASHES.into_iter().find(|(signal, _)| waits(*signal, on_crash));

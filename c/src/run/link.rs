@@ -5,11 +5,11 @@ use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 
 use crate::compiler::{words_of, Compiler, NO_CHECKS};
 use crate::inputs::Inputs;
-use crate::libraries;
+use crate::libraries::{self, Library};
 use crate::options::Options;
 use crate::packages;
 use crate::signals;
@@ -57,22 +57,7 @@ pub(crate) fn link(
             folders.push(folder);
         }
     }
-    let mut taken = Vec::new();
-    let mut output = None;
-    if cfg!(target_os = "linux") {
-        let traced = signals::output_of(command(&folders)?.arg("-Wl,--trace"))?;
-        // A linker that does not know it fails.
-        if traced.status.success() {
-            taken = libraries::taken(&traced.stdout, library);
-            let ordered = libraries::folders(folders.clone(), &taken)?;
-            output = (ordered == folders).then_some(traced);
-            folders = ordered;
-        }
-    }
-    let output = match output {
-        Some(output) => output,
-        None => signals::output_of(&mut command(&folders)?)?,
-    };
+    let (output, taken, folders) = link_in(folders, library, command)?;
     signals::check("the program was compiled")?;
     pass_on(&output.stderr);
     if output.status.success() {
@@ -87,6 +72,29 @@ pub(crate) fn link(
     let sources: Vec<&Path> = inputs.sources.iter().map(|source| &*source.path).collect();
     let advice = packages::advice_for_names(&said, &names, &sources);
     Err(format!("the program can't be linked{libraries}{advice}").into())
+}
+
+/// Links with these folders for the loader. Returns what the linker has said, which dynamic libraries it has taken, as far
+/// as it says that, and the folders in an order in which none hides one of these.
+fn link_in(
+    folders: Vec<PathBuf>,
+    library: &Path,
+    command: impl Fn(&[PathBuf]) -> Result<Command, Sentence>,
+) -> Result<(Output, Vec<Library>, Vec<PathBuf>), Sentence> {
+    if cfg!(target_os = "linux") {
+        let traced = signals::output_of(command(&folders)?.arg("-Wl,--trace"))?;
+        // A linker that does not know it fails.
+        if traced.status.success() {
+            let taken = libraries::taken(&traced.stdout, library);
+            let ordered = libraries::folders(folders.clone(), &taken)?;
+            let output = match ordered == folders {
+                true => traced,
+                false => signals::output_of(&mut command(&ordered)?)?,
+            };
+            return Ok((output, taken, ordered));
+        }
+    }
+    Ok((signals::output_of(&mut command(&folders)?)?, Vec::new(), folders))
 }
 
 /// Has a program look for its dynamic libraries in these folders.

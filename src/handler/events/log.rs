@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crossbeam_channel::{bounded, Sender};
 
 use super::listeners::Subscription;
-use crate::events::{Event, LogEntry, Logged, LoggedCycle};
+use crate::events::{Event, LogEntry, Logged, LoggedCycle, TimedEvent};
 
 /// Places for entries that are not cycles: the beginnings, gaps and ends of a transfer.
 const RESERVED: usize = 16;
@@ -73,16 +73,19 @@ impl Logs {
 impl Log {
     fn note(&mut self, what: &Logged) {
         self.repeat_missed();
-        let is_of_watchdog = matches!(what, Logged::Event(event) if matches!(event.event, Event::WatchdogExpired { .. }));
+        let is_of_watchdog =
+            matches!(what, Logged::Event(TimedEvent { event: Event::WatchdogExpired { .. }, .. }));
         if !self.put(RESERVED, || what.clone()) && !is_of_watchdog {
             self.missed = Some(what.clone());
         }
     }
 
     fn repeat_missed(&mut self) {
-        if self.missed.is_some() && self.has_room(RESERVED) {
-            let missed = self.missed.take();
-            missed.map(|missed| self.put(RESERVED, || missed));
+        if self.missed.is_none() || !self.has_room(RESERVED) {
+            return;
+        }
+        if let Some(missed) = self.missed.take() {
+            self.put(RESERVED, || missed);
         }
     }
 
@@ -113,7 +116,6 @@ mod tests {
     use crossbeam_channel::Receiver;
 
     use crate::error::Error;
-    use crate::events::{Event, TimedEvent};
     use crate::transfer_area::FishX1Transfer;
 
     fn logs(capacity: usize) -> (Logs, Receiver<LogEntry>) {

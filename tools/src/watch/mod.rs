@@ -377,7 +377,7 @@ impl Notes {
             String::new()
         };
         // Lines with the same words would be told once a minute, and each of these is about motors.
-        let motors_of = match is_other {
+        let motors_of = || match is_other {
             true => whose.clone(),
             false => format!("connection {}: ", seen.connection),
         };
@@ -406,7 +406,7 @@ impl Notes {
             }
             Happened::NoAnswer { command, since } => {
                 let missing = no_answer(*command, seen.at.saturating_duration_since(*since));
-                log::warn!("{motors_of}{missing}");
+                log::warn!("{}{missing}", motors_of());
             }
             Happened::Unanswered(them)
                 if them.forgotten > 0 && self.told.insert((seen.connection, Once::LeftOut)) =>
@@ -415,14 +415,14 @@ impl Notes {
             }
             Happened::Missed => log::warn!("{whose}{}", missed(seen.line)),
             Happened::Halted { gone, error: None } => {
-                log::warn!("{motors_of}{}", halted(*gone, None))
+                log::warn!("{}{}", motors_of(), halted(*gone, None))
             }
             // Motors may go on: no warning takes the room of these.
             Happened::Halted { gone, error } => {
-                log::error!("{motors_of}{}", halted(*gone, error.as_ref()))
+                log::error!("{}{}", motors_of(), halted(*gone, error.as_ref()))
             }
             Happened::Offline(Farewell::Unanswered) => {
-                log::error!("{motors_of}{FAREWELL_UNANSWERED}");
+                log::error!("{}{FAREWELL_UNANSWERED}", motors_of());
             }
             Happened::Command(_) | Happened::Cycle(_) | Happened::Picture(_) | Happened::I2c(_) => {
                 *was_refused = false
