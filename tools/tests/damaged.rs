@@ -38,7 +38,8 @@ fn record(path: &Path) {
     let recorder = Recorder::start(&handler, path, Options::default().capacity(5000)).unwrap();
     handler.begin_transfer().unwrap();
     let length = || fs::metadata(path).unwrap().len();
-    let mut before = 0;
+    // Without this, the first of them would have no cycle, and what is damaged could be the beginning.
+    let mut before = length();
     // Several chunks, also when the program is faster than the recorder.
     drive(&handler, |cycle| {
         if cycle % (CYCLES / 4) == 0 {
