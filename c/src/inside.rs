@@ -5,6 +5,7 @@
 //! such calls. Only the program's callbacks run as the program does. For the same reason no thread is cancelled here.
 
 use std::mem;
+use std::process;
 
 #[cfg(all(unix, miri))]
 pub(crate) use other::is_held_by_library;
@@ -14,6 +15,7 @@ pub(crate) use other::{enter, prepare_to_wait, uncancelled, Programs};
 pub(crate) use unix::{enter, is_held_by_library, prepare_to_wait, uncancelled, Programs};
 
 use crate::exit::ft_end_transfers;
+use crate::sentences;
 
 /// Makes a call into the program, for which this thread is not inside.
 pub(crate) fn leave<R>(call: impl FnOnce() -> R) -> R {
@@ -25,13 +27,18 @@ pub(crate) fn leave<R>(call: impl FnOnce() -> R) -> R {
     of_program(|| leave(call))
 }
 
-/// Makes a call into the program. An exception that leaves it ends all transfers, before Rust's runtime writes that it
-/// can't catch it: perhaps nobody reads that.
+/// Makes a call into the program. When it does not return, because an exception leaves it or it ends its thread, the program
+/// is aborted, all transfers first.
 pub(crate) fn of_program<R>(call: impl FnOnce() -> R) -> R {
     struct End;
     impl Drop for End {
         fn drop(&mut self) {
             ft_end_transfers();
+            sentences::write(
+                "ft-transfer-area: an exception has left a function that the library calls, or the function has ended \
+                 its thread: the program is aborted\n",
+            );
+            process::abort();
         }
     }
     let end = End;

@@ -4,6 +4,7 @@
 /// Sanitizers see only the system's memory.
 #[cfg(all(unix, not(miri), not(asan)))]
 mod allocator;
+mod calling;
 mod errors;
 mod ex2;
 mod exit;

@@ -5,12 +5,13 @@
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Weak};
-use std::thread::{self, JoinHandle, ThreadId};
+use std::thread::{self, ThreadId};
 use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use super::kinds::{Context, Event, EventCallback, Told};
+use crate::calling::{self, Thread};
 use crate::inside::{self, Programs};
 use crate::{process, report};
 
@@ -62,7 +63,7 @@ pub(super) struct Callbacks {
     wake: Condvar,
     /// A call has returned.
     returned: Condvar,
-    thread: Mutex<Option<JoinHandle<()>>>,
+    thread: Mutex<Option<Thread>>,
 }
 
 #[derive(Default)]
@@ -110,7 +111,6 @@ impl Callbacks {
             thread: Mutex::default(),
         });
         let own = Arc::clone(&callbacks);
-        let thread = thread::Builder::new().name("ft/callbacks".into());
         let programs = Programs::of_this_thread();
         let run = move || {
             #[cfg(unix)]
@@ -118,7 +118,7 @@ impl Callbacks {
             programs.begin();
             own.run();
         };
-        *callbacks.thread.lock() = Some(thread.spawn(run)?);
+        *callbacks.thread.lock() = Some(calling::spawn("ft/callbacks", run)?);
         Ok(callbacks)
     }
 
@@ -243,9 +243,7 @@ impl Callbacks {
         drop(queue);
         drop(given_up);
         if let Some(thread) = self.thread.lock().take().filter(|_| has_ended) {
-            if thread.join().is_err() {
-                log::error!("the thread for callbacks panicked");
-            }
+            thread.join();
         }
     }
 }

@@ -10,14 +10,16 @@ use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
+use crate::calling;
 use crate::exit;
 use crate::ffi::caught;
+use crate::inside;
 
 const TRUE: i32 = 1;
 const FALSE: i32 = 0;
 
 /// A program's function: it gets the event, and returns whether it has handled it.
-type Handler = unsafe extern "C" fn(event: u32) -> i32;
+type Handler = unsafe extern "C-unwind" fn(event: u32) -> i32;
 
 /// The signals, and the events that they are.
 const EVENTS: [(c_int, u32); 4] = [
@@ -117,7 +119,7 @@ fn handle() {
             };
             if ASKED.fetch_add(1, Ordering::AcqRel) >= MOST_ASKED {
                 ASKED.fetch_sub(1, Ordering::AcqRel);
-            } else if thread::Builder::new().name("ft/event".into()).spawn(ask).is_err() {
+            } else if calling::spawn("ft/event", ask).is_err() {
                 exit::on_end(signal);
             }
         }
@@ -134,7 +136,9 @@ fn goes_on_after(event: u32) -> bool {
     }
     // They may add and remove some.
     let handlers = HANDLERS.lock().clone();
-    // SAFETY: the program has given these functions, and they are there until it removes them.
-    let is_handled = handlers.iter().rev().any(|handler| unsafe { handler(event) } != 0);
+    let is_handled = handlers.iter().rev().any(|handler| {
+        // SAFETY: the program has given these functions, and they are there until it removes them.
+        inside::of_program(|| unsafe { handler(event) }) != 0
+    });
     is_handled && event != CLOSE
 }

@@ -3,9 +3,9 @@
 use std::ffi::{c_uint, c_void};
 use std::ptr;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::thread::{self, JoinHandle};
 
 use super::objects::{add, change, close, free_locks, Handle, Object};
+use crate::calling;
 use crate::ffi::caught;
 use crate::inside;
 
@@ -57,7 +57,7 @@ fn start(
             close(handle);
         }
     };
-    let made: Option<JoinHandle<()>> = thread::Builder::new().spawn(body).ok();
+    let made = calling::spawn("program", body).ok();
     let id = made.and_then(|_| reported.recv().ok());
     if id.is_none() {
         close(handle);

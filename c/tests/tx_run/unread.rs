@@ -163,6 +163,7 @@ fn the_motors_stop_before_the_message_of_an_assertion_or_an_exception() {
     with_full_errors(&["-x", "c++"], "-DTHROW", |_| {});
     with_full_errors(&["-x", "c++"], "-DFROM_CALLBACK", |_| {});
     with_full_errors(&["-x", "c++"], "-DFROM_THREAD", |_| {});
+    with_full_errors(&["-x", "c++"], "-DFROM_CONTROL", |_| {});
     with_full_errors(&["-x", "c++"], "-DFROM_CONSTRUCTOR", |_| {});
     with_full_errors(&[], "-DPERROR", |_| {});
     with_full_errors(&["-x", "c++"], "-DCHECK", |_| {});

@@ -1,7 +1,7 @@
 /* A PC program, in C and C++: turns M1 until I1 is pressed, and fills the pipe of its error output, which nobody reads.
    Then an assertion fails, with PERROR one for an error's number, and with CHECK one of the C++ library. In C++ with
    THROW an exception that nobody catches is thrown, with FROM_CALLBACK and FROM_THREAD it leaves a callback of the
-   library or a thread, with FROM_CONSTRUCTOR the constructor of a static object, with VIRTUAL a function is called that
+   library or a thread, with FROM_CONTROL a function for Ctrl-C, with FROM_CONSTRUCTOR the constructor of a static object, with VIRTUAL a function is called that
    no class has yet, and with AGAIN it becomes itself once more, turns M1 until I2 is pressed, and is killed. With FAILS
    calls fail before, about which the library has more to say than can wait, and M1 turns on until I2 is pressed. With
    ELSEWHERE this is in a part of the program that was compiled before, in C++. */
@@ -45,9 +45,17 @@ struct Turntable : Machine {
 };
 #endif
 
+#if defined(FROM_CALLBACK) || defined(FROM_THREAD) || defined(FROM_CONTROL)
+/* Its end would stand before the message. */
+struct Waits {
+    ~Waits() { Sleep(INFINITE); }
+};
+#endif
+
 #ifdef FROM_CALLBACK
 static void __stdcall throws(DWORD controller, DWORD counter)
 {
+    Waits waits;
     throw 1;
 }
 #endif
@@ -55,6 +63,15 @@ static void __stdcall throws(DWORD controller, DWORD counter)
 #ifdef FROM_THREAD
 static void throws(void *argument)
 {
+    Waits waits;
+    throw 1;
+}
+#endif
+
+#ifdef FROM_CONTROL
+static BOOL WINAPI throws(DWORD event)
+{
+    Waits waits;
     throw 1;
 }
 #endif
@@ -101,6 +118,11 @@ static int run(int count, char **arguments)
 #endif
 #ifdef FROM_THREAD
     _beginthread(throws, 0, NULL);
+    Sleep(INFINITE);
+#endif
+#ifdef FROM_CONTROL
+    SetConsoleCtrlHandler(throws, TRUE);
+    kill(getpid(), SIGINT);
     Sleep(INFINITE);
 #endif
 #ifdef ELSEWHERE

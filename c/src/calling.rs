@@ -1,0 +1,110 @@
+//! Threads in which the program is called.
+
+#[cfg(any(not(unix), miri))]
+pub(crate) use others::{spawn, Thread};
+#[cfg(all(unix, not(miri)))]
+pub(crate) use unix::{spawn, Thread};
+
+/// An exception that nobody catches ends the program where it is thrown, as in a thread of the C library: nothing in these
+/// threads would catch it. A thread of Rust's standard library would, and first all values of the program's functions would
+/// be dropped, which may wait with the motors on.
+#[cfg(all(unix, not(miri)))]
+mod unix {
+    use std::ffi::c_void;
+    use std::io;
+    use std::mem;
+    use std::ptr;
+
+    type Body = Box<dyn FnOnce() + Send>;
+
+    /// A thread. Without this it goes on alone.
+    pub(crate) struct Thread(Option<libc::pthread_t>);
+
+    /// Starts one with this name, of up to 15 bytes.
+    pub(crate) fn spawn(
+        name: &'static str,
+        body: impl FnOnce() + Send + 'static,
+    ) -> io::Result<Thread> {
+        type Begin = extern "C-unwind" fn(*mut c_void) -> *mut c_void;
+        type BeginOfC = extern "C" fn(*mut c_void) -> *mut c_void;
+
+        let body: Body = Box::new(move || {
+            call_this_thread(name);
+            body();
+        });
+        let body = Box::into_raw(Box::new(body));
+        // SAFETY: both are called in the same way.
+        let begin = unsafe { mem::transmute::<Begin, BeginOfC>(begin) };
+        let mut thread = libc::pthread_t::default();
+        // SAFETY: the place is this function's, and the thread takes the body.
+        let error =
+            unsafe { libc::pthread_create(&raw mut thread, ptr::null(), begin, body.cast()) };
+        if error != 0 {
+            // SAFETY: there is no thread that takes it.
+            drop(unsafe { Box::from_raw(body) });
+            return Err(io::Error::from_raw_os_error(error));
+        }
+        Ok(Thread(Some(thread)))
+    }
+
+    extern "C-unwind" fn begin(body: *mut c_void) -> *mut c_void {
+        // SAFETY: it was made for this thread alone.
+        let body = unsafe { Box::from_raw(body.cast::<Body>()) };
+        body();
+        ptr::null_mut()
+    }
+
+    /// By its name a thread is known as one of this library.
+    fn call_this_thread(name: &str) {
+        #[cfg(target_os = "linux")]
+        if let Ok(name) = std::ffi::CString::new(name) {
+            // SAFETY: the name ends with 0.
+            unsafe { libc::prctl(libc::PR_SET_NAME, name.as_ptr()) };
+        }
+        #[cfg(not(target_os = "linux"))]
+        let _ = name;
+    }
+
+    impl Thread {
+        /// Waits for its end.
+        pub(crate) fn join(mut self) {
+            if let Some(thread) = self.0.take() {
+                // SAFETY: it was not waited for.
+                unsafe { libc::pthread_join(thread, ptr::null_mut()) };
+            }
+        }
+    }
+
+    impl Drop for Thread {
+        fn drop(&mut self) {
+            if let Some(thread) = self.0.take() {
+                // SAFETY: it was not waited for.
+                unsafe { libc::pthread_detach(thread) };
+            }
+        }
+    }
+}
+
+/// Elsewhere exceptions are not caught by threads of Rust, and Miri has no others.
+#[cfg(any(not(unix), miri))]
+mod others {
+    use std::io;
+    use std::thread::{Builder, JoinHandle};
+
+    pub(crate) struct Thread(JoinHandle<()>);
+
+    pub(crate) fn spawn(
+        name: &'static str,
+        body: impl FnOnce() + Send + 'static,
+    ) -> io::Result<Thread> {
+        Builder::new().name(name.into()).spawn(body).map(Thread)
+    }
+
+    impl Thread {
+        pub(crate) fn join(self) {
+            if self.0.join().is_err() {
+                log::error!("a thread for calls of the program panicked");
+            }
+        }
+    }
+}
