@@ -14,15 +14,22 @@ extern "C" {
 /* In the library ftMscLib. */
 void ft_end_transfers(void);
 
+/* Weak, because one that is the program's own is not wrapped. */
 int __real_main(int argc, char **argv, char **environment);
-void __real_exit(int status) __attribute__((noreturn));
-void __real_quick_exit(int status) __attribute__((noreturn));
+__attribute__((weak, noreturn)) void __real_exit(int status);
+__attribute__((weak, noreturn)) void __real_quick_exit(int status);
 
 int __wrap_main(int argc, char **argv, char **environment)
 {
-    int status = __real_main(argc, argv, environment);
+    static int has_begun;
+    /* The program may call its main, too. */
+    int is_first = !has_begun;
+    int status;
 
-    ft_end_transfers();
+    has_begun = 1;
+    status = __real_main(argc, argv, environment);
+    if (is_first)
+        ft_end_transfers();
     return status;
 }
 

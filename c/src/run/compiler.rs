@@ -19,9 +19,6 @@ const FOLDERS: [&str; 3] = ["CPATH", "C_INCLUDE_PATH", "CPLUS_INCLUDE_PATH"];
 /// Has the compiler add no checks to the program.
 pub(crate) const NO_CHECKS: &str = "-fno-sanitize=undefined";
 
-/// Has no library call a function of the program in place of the C library's of the same name, such as `close`.
-const HIDDEN: &str = "-fvisibility=hidden";
-
 impl Language {
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -75,13 +72,12 @@ impl Language {
                 "-g",
                 "-fcommon",
                 NO_CHECKS,
-                HIDDEN,
                 "-Wno-error=implicit-function-declaration",
                 "-Wno-error=implicit-int",
                 "-Wno-error=int-conversion",
                 "-Wno-error=incompatible-pointer-types",
             ],
-            Self::Cpp => &["-std=gnu++14", "-O0", "-g", NO_CHECKS, HIDDEN],
+            Self::Cpp => &["-std=gnu++14", "-O0", "-g", NO_CHECKS],
         }
     }
 

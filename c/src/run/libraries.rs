@@ -13,12 +13,16 @@ use object::read::elf::{ElfFile, FileHeader, ProgramHeader};
 use object::{Endianness, FileKind, ReadCache};
 
 use crate::link::folder_of;
+use crate::own_names::Functions;
 use crate::read;
+use crate::say;
 use crate::signals;
 use crate::Sentence;
 
 /// Where the system has its libraries.
 const SYSTEM: [&str; 6] = ["/lib", "/lib32", "/lib64", "/usr/lib", "/usr/lib32", "/usr/lib64"];
+/// How many functions are told.
+const MOST_NAMES: usize = 10;
 /// How the parts of a C library begin.
 const OF_C: [&str; 6] = ["libc.so", "libm.so", "libpthread.so", "libdl.so", "librt.so", "ld-"];
 
@@ -175,12 +179,14 @@ pub(crate) fn check(
     program: &Path,
     libraries: &[Library],
     folders: &[PathBuf],
-    ours: &Path,
+    own: &Path,
 ) -> Result<(), Sentence> {
+    let ours = folder_of(own);
     let Some(loader) = loader_of(program) else { return Ok(()) };
     // Where it can't be started, as for another processor, the start tells why.
     let listed = signals::output_of(Command::new(loader).arg("--list").arg(program));
     let Ok(said) = listed else { return Ok(()) };
+    let mut is_behind_ours = false;
     for (name, file) in said.stdout.split(|byte| *byte == b'\n').filter_map(found) {
         let is_ours = is_same(folder_of(&file), ours) && !is_in_system(&file);
         let is_led = is_ours || folders.iter().any(|folder| is_same(folder_of(&file), folder));
@@ -198,6 +204,25 @@ pub(crate) fn check(
             let meant = taken.map_or(name, |taken| taken.file.clone());
             return Err(other_library(meant.display(), file.display()));
         }
+        if is_behind_ours && !is_ours && !is_in_system(&file) {
+            tell_common_names(&file, own)?;
+        }
+        is_behind_ours |= is_same(&file, own);
+    }
+    Ok(())
+}
+
+/// Tells which functions of a library nobody calls, itself included: the loader finds ours first.
+fn tell_common_names(file: &Path, own: &Path) -> Result<(), Sentence> {
+    let [its, ours] = [Functions::of(file)?.own, Functions::of(own)?.own];
+    let common = its.intersection(&ours).take(MOST_NAMES);
+    let names: Vec<_> = common.map(|name| String::from_utf8_lossy(name)).collect();
+    if !names.is_empty() {
+        let names = names.join(", ");
+        say(&format!(
+            "functions of {} are not called, because those of ftMscLib have the same names: {names}",
+            file.display()
+        ));
     }
     Ok(())
 }
@@ -213,13 +238,17 @@ fn is_same(one: &Path, other: &Path) -> bool {
     fs::canonicalize(one).is_ok_and(|one| fs::canonicalize(other).is_ok_and(|other| one == other))
 }
 
-/// The name and the file in a line of the loader such as `libm.so.6 => /lib/libm.so.6 (0x7f4a)`. One that is not found is
-/// told by the loader when the program starts.
+/// The name and the file in a line of the loader such as `libm.so.6 => /lib/libm.so.6 (0x7f4a)`, or without the arrow when
+/// the name is a path, as that of our own library. One that is not found is told by the loader when the program starts.
 fn found(line: &[u8]) -> Option<(PathBuf, PathBuf)> {
-    let name = line.windows(4).position(|part| part == b" => ");
-    let end = line.windows(4).rposition(|part| part == b" (0x");
-    let (name, file) = (&line[..name?], line.get(name? + 4..end?)?);
-    Some((read::path(name.trim_ascii())?, read::path(file)?))
+    let arrow = line.windows(4).position(|part| part == b" => ");
+    let end = line.windows(4).rposition(|part| part == b" (0x")?;
+    let (name, file) = match arrow {
+        Some(arrow) => (&line[..arrow], line.get(arrow + 4..end)?),
+        None => (&line[..end], &line[..end]),
+    };
+    let [name, file] = [name, file].map(|part| read::path(part.trim_ascii()));
+    Some((name?, file.filter(|file| file.is_absolute())?))
 }
 
 /// What starts a program with dynamic libraries.

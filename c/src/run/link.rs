@@ -28,7 +28,7 @@ const LIBRARY: &str = if cfg!(windows) {
 pub(crate) fn link(
     compiler: &Compiler,
     objects: &[PathBuf],
-    more: &[&str],
+    more: &[String],
     inputs: &Inputs,
     options: &Options,
     library: &Path,
@@ -42,7 +42,7 @@ pub(crate) fn link(
     let command = |folders: &[PathBuf]| -> Result<Command, Sentence> {
         let mut command = compiler.command();
         command.arg(NO_CHECKS).args(&flags).args(more).args(objects);
-        command.args(&inputs.objects).args(&inputs.archives);
+        command.args(&inputs.archives);
         for folder in &options.library_folders {
             command.arg("-L").arg(folder);
         }
@@ -62,7 +62,7 @@ pub(crate) fn link(
     pass_on(&output.stderr);
     if output.status.success() {
         return match cfg!(target_os = "linux") {
-            true => libraries::check(path, &taken, &folders, folder_of(library)),
+            true => libraries::check(path, &taken, &folders, library),
             false => Ok(()),
         };
     }

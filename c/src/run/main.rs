@@ -26,6 +26,7 @@ mod link;
 mod missing;
 mod online;
 mod options;
+mod own_names;
 mod packages;
 #[path = "../port_entries.rs"]
 mod port_entries;

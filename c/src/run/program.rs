@@ -11,8 +11,9 @@ use crate::inputs::{Inputs, Language, Source};
 use crate::language;
 use crate::link;
 use crate::options::Options;
+use crate::own_names;
 use crate::sources::OwnFiles;
-use crate::symbols::{self, Entry};
+use crate::symbols::{Entry, Found, ENDS};
 use crate::work::{self, Plan};
 use crate::Sentence;
 
@@ -56,11 +57,12 @@ fn build_with(cache: &Cache, options: &Options, build: &Path) -> Result<Program,
     let with_names = inputs.sources.iter().map(|source| source.path.clone()).zip(compiled.clone());
     let named = inputs.objects.iter().map(|object| (object.clone(), object.clone()));
     let all: Vec<_> = with_names.chain(named).collect();
-    let entry = symbols::entry(&all, !inputs.archives.is_empty())?;
+    let found = Found::in_all(&all)?;
+    let entry = found.entry(!inputs.archives.is_empty())?;
     if plan.begins_with(entry) {
         compiled = work::compile_all(&inputs.sources, 0, &compilers, &plan, cache)?;
     }
-    let ours = Ours::of(entry, &inputs);
+    let ours = Ours::of(entry, &inputs, &found);
     if let Some(ours) = &ours {
         let path = build.join(ours.name);
         fs::write(&path, ours.text)?;
@@ -77,8 +79,12 @@ fn build_with(cache: &Cache, options: &Options, build: &Path) -> Result<Program,
     let folder = build.join("program");
     fs::create_dir(&folder)?;
     let path = folder.join(&inputs.name).with_extension(env::consts::EXE_EXTENSION);
-    let more = ours.map_or(&[][..], |ours| ours.link_options);
-    link::link(compilers.for_linking()?, &compiled, more, &inputs, options, &library, &path)?;
+    let more = ours.map_or(Vec::new(), |ours| ours.link_options);
+    compiled.append(&mut inputs.objects);
+    if cfg!(target_os = "linux") {
+        own_names::hide(&mut compiled, &library, build)?;
+    }
+    link::link(compilers.for_linking()?, &compiled, &more, &inputs, options, &library, &path)?;
     let kind = match plan.kind {
         Some(kind) => kind.to_string(),
         None => "a program that includes no header of TX or TXT".into(),
@@ -110,17 +116,17 @@ struct Ours {
     name: &'static str,
     text: &'static str,
     language: Language,
-    link_options: &'static [&'static str],
+    link_options: Vec<String>,
 }
 
 impl Ours {
-    fn of(entry: Entry, inputs: &Inputs) -> Option<Self> {
+    fn of(entry: Entry, inputs: &Inputs, found: &Found) -> Option<Self> {
         match entry {
             Entry::PrgTic => Some(Self {
                 name: "tx_main.c",
                 text: include_str!("../../lib/tx_main.c"),
                 language: Language::C,
-                link_options: &[],
+                link_options: Vec::new(),
             }),
             // Other linkers have no such options.
             Entry::Main if cfg!(target_os = "linux") => Some(Self {
@@ -131,7 +137,11 @@ impl Ours {
                     true if !inputs.sources.is_empty() => Language::C,
                     _ => Language::Cpp,
                 },
-                link_options: &["-Wl,--wrap=main", "-Wl,--wrap=exit", "-Wl,--wrap=quick_exit"],
+                link_options: ["main"]
+                    .into_iter()
+                    .chain(ENDS.into_iter().filter(|end| !found.own_ends.contains(end)))
+                    .map(|name| format!("-Wl,--wrap={name}"))
+                    .collect(),
             }),
             Entry::Main => None,
         }

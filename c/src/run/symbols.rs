@@ -1,5 +1,6 @@
 //! The functions in compiled files that show how a program begins.
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
@@ -14,28 +15,29 @@ pub(crate) enum Entry {
     PrgTic,
 }
 
+/// How a program ends at once. It may have a function of its own with the name of one of these.
+pub(crate) const ENDS: [&str; 2] = ["exit", "quick_exit"];
+
 /// How often each function is there.
 #[derive(Debug, Default)]
-struct Found {
+pub(crate) struct Found {
     main: Vec<PathBuf>,
     tic: Vec<PathBuf>,
     init: Vec<PathBuf>,
-}
-
-/// How the program of these compiled files begins. The paths beside them are the sources, for sentences. With
-/// archives `main` may be in one of them.
-pub(crate) fn entry(
-    compiled: &[(PathBuf, PathBuf)],
-    has_archives: bool,
-) -> Result<Entry, Sentence> {
-    let mut found = Found::default();
-    for (source, object) in compiled {
-        found.add(source, object)?;
-    }
-    found.entry(has_archives).map_err(Into::into)
+    /// Which of [`ENDS`] are the program's own.
+    pub(crate) own_ends: BTreeSet<&'static str>,
 }
 
 impl Found {
+    /// In these compiled files. The paths beside them are the sources, for sentences.
+    pub(crate) fn in_all(compiled: &[(PathBuf, PathBuf)]) -> Result<Self, Sentence> {
+        let mut found = Self::default();
+        for (source, object) in compiled {
+            found.add(source, object)?;
+        }
+        Ok(found)
+    }
+
     fn add(&mut self, source: &Path, object: &Path) -> Result<(), Sentence> {
         // It may be large.
         let parts = ReadCache::new(File::open(object)?);
@@ -43,10 +45,12 @@ impl Found {
             format!("what the compiler has made of {} is unknown: {error}", source.display())
         })?;
         for symbol in file.symbols().filter(|symbol| symbol.is_definition() && symbol.is_global()) {
-            let places = match symbol.name().map(|name| name.strip_prefix('_').unwrap_or(name)) {
-                Ok("main" | "wmain") => &mut self.main,
-                Ok("PrgTic") => &mut self.tic,
-                Ok("PrgInit") => &mut self.init,
+            let Ok(name) = symbol.name() else { continue };
+            self.own_ends.extend(ENDS.iter().find(|end| **end == name));
+            let places = match name.strip_prefix('_').unwrap_or(name) {
+                "main" | "wmain" => &mut self.main,
+                "PrgTic" => &mut self.tic,
+                "PrgInit" => &mut self.init,
                 _ => continue,
             };
             places.push(source.to_owned());
@@ -54,12 +58,13 @@ impl Found {
         Ok(())
     }
 
-    fn entry(&self, has_archives: bool) -> Result<Entry, String> {
+    /// How the program begins. With archives `main` may be in one of them.
+    pub(crate) fn entry(&self, has_archives: bool) -> Result<Entry, String> {
         let names = |files: &[PathBuf]| {
             let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
             names.join(" and ")
         };
-        let Self { main, tic, init } = self;
+        let Self { main, tic, init, .. } = self;
         match (main.len(), tic.len(), init.len()) {
             (0, 0, 0) if has_archives => Ok(Entry::Main),
             (0, 0, 0) => Err("there is neither PrgTic nor main in the program".into()),
@@ -85,7 +90,8 @@ mod tests {
 
     fn entry_of(main: usize, tic: usize, init: usize) -> Result<Entry, String> {
         let files = |number| (0..number).map(|index| PathBuf::from(format!("{index}.c"))).collect();
-        Found { main: files(main), tic: files(tic), init: files(init) }.entry(false)
+        let (main, tic, init) = (files(main), files(tic), files(init));
+        Found { main, tic, init, ..Found::default() }.entry(false)
     }
 
     #[test]

@@ -562,8 +562,7 @@ fn a_header_with_include_next_is_not_run_as_a_copy() {
         self::run(&files, &["m.c", "-I", "a", "-I", "b"])
     };
     ended("ROBO_TX_FW.h").well();
-    ended("robo_tx_fw.h")
-        .badly("a/config.h: with #include_next a header has to spell its includes");
+    ended("robo_tx_fw.h").badly("config.h: with #include_next a header has to spell its includes");
     // A copy of what lies beside the source finds what the header itself does.
     let main = "#include \"util.h\"\nint main(void) { return (int)strlen(\"\"); }\n";
     let util = "#include \"robo_tx_fw.h\"\n#include_next <string.h>\n";
@@ -724,6 +723,97 @@ fn a_compiler_that_leaves_something_running_is_not_waited_for() {
     for number in std::fs::read_to_string(left).unwrap().lines() {
         assert!(Command::new("kill").arg(number).status().unwrap().success());
     }
+}
+
+/// As a compiler and a linker make them.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_shares_variables_and_functions_with_its_own_library() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let files = [
+        ("speed.h", "int speed;\nint drive(int channel);\nint on_limit(void);\n"),
+        (
+            "lib/drive.c",
+            "#include <unistd.h>\n#include \"../speed.h\"\n\
+             __attribute__((weak)) int on_limit(void) { return 1; }\n\
+             int drive(int channel) { return speed + on_limit() + close(channel); }\n",
+        ),
+        (
+            "main.c",
+            "#include <conio.h>\n#include \"speed.h\"\nint on_limit(void) { return 20; }\n\
+             int close(int channel) { return channel; }\nint _kbhit(void) { return 7; }\n\
+             int main(void) { speed = 4; return drive(-1) + close(50) + (kbhit() == _kbhit()); }\n",
+        ),
+    ];
+    files.iter().for_each(|(name, text)| write(folder.path(), name, text));
+    shared_library(&at("lib/drive.c"), &at("lib/libdrive.so"), &["-fcommon"]);
+    assert!(Command::new("cc")
+        .args(["-w", "-fcommon", "-c", "main.c", "-o", "lib/main.o"])
+        .arg(format!("-I{}/include/posix", env!("CARGO_MANIFEST_DIR")))
+        .current_dir(folder.path())
+        .status()
+        .unwrap()
+        .success());
+    for program in ["main.c", "lib/main.o"] {
+        let mut command = tx_run(&["--world", "none", program, "lib/libdrive.so"]);
+        let ended = Run::start(command.current_dir(folder.path())).end();
+        assert_eq!(ended.status, Some(4 + 20 - 1 + 50), "{program} {ended:?}");
+    }
+}
+
+/// The loader takes it from the library that it finds first.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_function_of_a_library_that_the_own_library_replaces_is_told() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    for (name, text) in [
+        ("helper.c", "void Sleep(int seconds) { }\nint pause_of(void) { return 2; }\n"),
+        ("station.c", "void Sleep(int);\nint pause_of(void);\nint stop(void) { Sleep(2); return pause_of(); }\n"),
+        ("main.c", "int stop(void);\nint main(void) { return stop(); }\n"),
+    ] {
+        write(folder.path(), name, text);
+    }
+    shared_library(&at("helper.c"), &at("libhelper.so"), &[]);
+    let here = folder.path().display();
+    let options = [format!("-L{here}"), "-lhelper".into(), format!("-Wl,-rpath,{here}")];
+    let options = options.each_ref().map(String::as_str);
+    shared_library(
+        &at("station.c"),
+        &at("libstation.so"),
+        &[&["-Wl,--no-as-needed"], &options[..]].concat(),
+    );
+    let mut command = tx_run(&["--world", "none", "main.c", "libstation.so"]);
+    let ended = Run::start(command.current_dir(folder.path())).end();
+    assert_eq!(ended.status, Some(2), "{ended:?}");
+    let told = format!("functions of {here}/libhelper.so are not called");
+    assert!(ended.err.contains(&told) && ended.err.contains(": Sleep\n"), "{}", ended.err);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_may_call_its_main_and_have_its_own_function_for_a_quick_exit() {
+    if !has_compiler() {
+        return;
+    }
+    let main = "#include <windows.h>\n#include \"ftMscLib.h\"\n\
+        #include \"ftErrCode.h\"\nint again(void);\nint calls;\nint main(void)\n{\n\
+        DWORD error;\nHANDLE device;\nif (calls++ > 0) return 0;\nftxInitLib();\n\
+        device = ftxOpenComDevice(\"COM4\", 38400, &error);\nftxStartTransferArea(device);\nagain();\n\
+        return ftxIsTransferActiv(device) == FTLIB_ERR_THREAD_IS_RUNNING ? 2 + calls : 1;\n}\n";
+    let again = "int main(void);\nvoid quick_exit(int station);\n\
+        int again(void) { quick_exit(3); return main(); }\n";
+    let own = "int station;\nvoid quick_exit(int left) { station = left; }\n";
+    let files = [("main.c", main), ("again.c", again), ("own.c", own)];
+    let ended = run(&files, &["main.c", "again.c", "own.c"]);
+    assert_eq!(ended.status, Some(4), "{ended:?}");
 }
 
 /// Each has the name by which the program looks for it, as nearly every library has.

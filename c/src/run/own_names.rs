@@ -1,0 +1,126 @@
+//! A program's own functions with names of the C library's, such as `close`, are not called by the library in its place.
+//!
+//! Loaders take the first definition of a name, and look in the program first. Only these names are hidden: a dynamic library
+//! of the program shares all others with it, such as variables.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::io::{Seek, SeekFrom, Write};
+use std::mem::{offset_of, size_of};
+use std::path::{Path, PathBuf};
+
+use object::elf::{
+    FileHeader32, FileHeader64, Sym32, Sym64, STB_LOCAL, STT_FUNC, STT_NOTYPE, STV_HIDDEN,
+};
+use object::read::elf::{ElfFile, FileHeader, SectionHeader, Sym};
+use object::{Endianness, FileKind, ReadCache};
+
+use crate::Sentence;
+
+/// All use the same of these.
+const ALLOCATORS: [&[u8]; 5] = [b"malloc", b"calloc", b"realloc", b"free", b"posix_memalign"];
+
+/// A byte with a symbol's visibility, and what it has to be.
+type Byte = (u64, u8);
+
+/// Hides what these compiled files have of the names that the library needs from others. A file that is not in the build
+/// folder is left as it is: a copy takes its place.
+pub(crate) fn hide(objects: &mut [PathBuf], library: &Path, build: &Path) -> Result<(), Sentence> {
+    let mut names = Functions::of(library)?.needed;
+    names.retain(|name| !ALLOCATORS.contains(&name.as_slice()));
+    for (number, object) in objects.iter_mut().enumerate() {
+        let bytes = visible(object, &names)?;
+        if bytes.is_empty() {
+            continue;
+        }
+        if !object.starts_with(build) {
+            let copy = build.join(format!("hidden_{number}.o"));
+            fs::write(&copy, fs::read(&*object)?)?;
+            *object = copy;
+        }
+        let mut file = File::options().write(true).open(object)?;
+        for (place, byte) in bytes {
+            file.seek(SeekFrom::Start(place))?;
+            file.write_all(&[byte])?;
+        }
+    }
+    Ok(())
+}
+
+/// Functions of a dynamic library, by their names.
+pub(crate) struct Functions {
+    /// It has them.
+    pub(crate) own: BTreeSet<Vec<u8>>,
+    /// It needs them from others.
+    needed: BTreeSet<Vec<u8>>,
+}
+
+impl Functions {
+    pub(crate) fn of(library: &Path) -> Result<Self, Sentence> {
+        let parts = ReadCache::new(File::open(library)?);
+        let functions = match FileKind::parse(&parts) {
+            Ok(FileKind::Elf32) => Self::read::<FileHeader32<Endianness>>(&parts),
+            Ok(FileKind::Elf64) => Self::read::<FileHeader64<Endianness>>(&parts),
+            _ => Ok(Self { own: BTreeSet::new(), needed: BTreeSet::new() }),
+        };
+        functions.map_err(|error| format!("{} can't be read: {error}", library.display()).into())
+    }
+
+    fn read<Elf: FileHeader<Endian = Endianness>>(parts: &ReadCache<File>) -> object::Result<Self> {
+        let file = ElfFile::<Elf, &ReadCache<File>>::parse(parts)?;
+        let (endian, table) = (file.endian(), file.elf_dynamic_symbol_table());
+        let functions = table.iter().filter(|symbol| {
+            symbol.st_bind() != STB_LOCAL && [STT_FUNC, STT_NOTYPE].contains(&symbol.st_type())
+        });
+        let (needed, own): (Vec<_>, Vec<_>) =
+            functions.partition(|symbol| symbol.is_undefined(endian));
+        let names = |symbols: Vec<&Elf::Sym>| {
+            let names = symbols.into_iter().map(|it| it.name(endian, table.strings()));
+            names.map(|name| name.map(<[u8]>::to_vec)).collect::<object::Result<_>>()
+        };
+        Ok(Self { own: names(own)?, needed: names(needed)? })
+    }
+}
+
+/// Where a compiled file has these names, if others see them. It was read before, so one that can't be read has none.
+fn visible(object: &Path, names: &BTreeSet<Vec<u8>>) -> Result<Vec<Byte>, Sentence> {
+    let parts = ReadCache::new(File::open(object)?);
+    let bytes = match FileKind::parse(&parts) {
+        Ok(FileKind::Elf32) => {
+            let place = offset_of!(Sym32<Endianness>, st_other);
+            visible_in::<FileHeader32<Endianness>>(&parts, place, names)
+        }
+        Ok(FileKind::Elf64) => {
+            let place = offset_of!(Sym64<Endianness>, st_other);
+            visible_in::<FileHeader64<Endianness>>(&parts, place, names)
+        }
+        _ => return Ok(Vec::new()),
+    };
+    bytes.map_err(|error| format!("{} can't be read: {error}", object.display()).into())
+}
+
+fn visible_in<Elf: FileHeader<Endian = Endianness>>(
+    parts: &ReadCache<File>,
+    place_in_symbol: usize,
+    names: &BTreeSet<Vec<u8>>,
+) -> object::Result<Vec<Byte>> {
+    let file = ElfFile::<Elf, &ReadCache<File>>::parse(parts)?;
+    let (endian, table) = (file.endian(), file.elf_symbol_table());
+    if table.is_empty() {
+        return Ok(Vec::new());
+    }
+    let section = file.elf_section_table().section(table.section())?;
+    let begin: u64 = section.sh_offset(endian).into();
+    let mut bytes = Vec::new();
+    for (index, symbol) in table.enumerate() {
+        if symbol.is_undefined(endian) || symbol.st_bind() == STB_LOCAL {
+            continue;
+        }
+        if names.contains(symbol.name(endian, table.strings())?) {
+            let place = index.0 * size_of::<Elf::Sym>() + place_in_symbol;
+            let others = symbol.st_other() & !symbol.st_visibility();
+            bytes.push((begin + place as u64, others | STV_HIDDEN));
+        }
+    }
+    Ok(bytes)
+}
