@@ -87,13 +87,26 @@ fn name_in<Elf: FileHeader<Endian = Endianness>>(
 /// The dynamic libraries in what a linker says of the files that it takes (`--trace`), without our own.
 pub(crate) fn taken(said: &[u8], own: &Path) -> Vec<Library> {
     let lines = said.split(|byte| *byte == b'\n').filter_map(|line| {
-        let line = line.trim_ascii();
+        // mold writes `trace: file`.
+        let line = line.strip_prefix(b"trace: ").unwrap_or(line).trim_ascii();
         // Older ones write `-lname (file)`.
         let inner = line.strip_prefix(b"-l").and_then(|line| line.strip_suffix(b")"));
         let file = inner.and_then(|line| line.splitn(2, |byte| *byte == b'(').nth(1));
         read::path(file.unwrap_or(line))
     });
     lines.filter(|file| file != own).filter_map(|file| Library::of(&file)).collect()
+}
+
+/// The dynamic libraries among these files, and those with these names in the first folder that has one, as linkers take them
+/// that do not say it.
+pub(crate) fn named(files: &[PathBuf], names: &[String], folders: &[PathBuf]) -> Vec<Library> {
+    let first = |name: &String| {
+        let file = |folder: &PathBuf, ending| folder.join(format!("lib{name}.{ending}"));
+        let all = folders.iter().flat_map(|it| [file(it, "so"), file(it, "a")]);
+        all.into_iter().find(|file| file.is_file())
+    };
+    let found = files.iter().cloned().chain(names.iter().filter_map(first));
+    found.filter_map(|file| Library::of(&file)).collect()
 }
 
 /// Whether the loader looks in the folder of this file without being told. The compiler's own folder has links to there.

@@ -12,6 +12,7 @@ use crate::inputs::Inputs;
 use crate::libraries::{self, Library};
 use crate::options::Options;
 use crate::packages;
+use crate::read;
 use crate::signals;
 use crate::{pass_on, Sentence};
 
@@ -57,7 +58,11 @@ pub(crate) fn link(
             folders.push(folder);
         }
     }
-    let (output, taken, folders) = link_in(folders, library, command)?;
+    let words: Vec<OsString> = flags.iter().chain(&libraries).cloned().collect();
+    let names: Vec<String> = words.iter().filter_map(|word| library_name(word)).collect();
+    let named =
+        libraries::named(&inputs.archives, &names, &[folders_in(&words), folders.clone()].concat());
+    let (output, taken, folders) = link_in(folders, library, named, command)?;
     signals::check("the program was compiled")?;
     pass_on(&output.stderr);
     if output.status.success() {
@@ -67,34 +72,51 @@ pub(crate) fn link(
         };
     }
     let said = String::from_utf8_lossy(&output.stderr);
-    let names: Vec<String> = libraries.iter().filter_map(|word| library_name(word)).collect();
     let libraries = packages::advice_for_libraries(&said, names.iter().map(String::as_str));
     let sources: Vec<&Path> = inputs.sources.iter().map(|source| &*source.path).collect();
     let advice = packages::advice_for_names(&said, &names, &sources);
     Err(format!("the program can't be linked{libraries}{advice}").into())
 }
 
-/// Links with these folders for the loader. Returns what the linker has said, which dynamic libraries it has taken, as far
-/// as it says that, and the folders in an order in which none hides one of these.
+/// Links with these folders for the loader. Returns what the linker has said, which dynamic libraries it has taken, those
+/// that are named if it does not say that, and the folders in an order in which none hides one of these.
 fn link_in(
     folders: Vec<PathBuf>,
     library: &Path,
+    named: Vec<Library>,
     command: impl Fn(&[PathBuf]) -> Result<Command, Sentence>,
 ) -> Result<(Output, Vec<Library>, Vec<PathBuf>), Sentence> {
     if cfg!(target_os = "linux") {
+        // A linker that does not know it fails, such as zig's.
         let traced = signals::output_of(command(&folders)?.arg("-Wl,--trace"))?;
-        // A linker that does not know it fails.
-        if traced.status.success() {
-            let taken = libraries::taken(&traced.stdout, library);
-            let ordered = libraries::folders(folders.clone(), &taken)?;
-            let output = match ordered == folders {
-                true => traced,
-                false => signals::output_of(&mut command(&ordered)?)?,
-            };
-            return Ok((output, taken, ordered));
-        }
+        let is_traced = traced.status.success();
+        let taken = match is_traced {
+            true => libraries::taken(&traced.stdout, library),
+            false => named,
+        };
+        let ordered = libraries::folders(folders.clone(), &taken)?;
+        let output = match is_traced && ordered == folders {
+            true => traced,
+            false => signals::output_of(&mut command(&ordered)?)?,
+        };
+        return Ok((output, taken, ordered));
     }
     Ok((signals::output_of(&mut command(&folders)?)?, Vec::new(), folders))
+}
+
+/// The folders of `-L folder` and `-Lfolder`.
+fn folders_in(words: &[OsString]) -> Vec<PathBuf> {
+    let mut folders = Vec::new();
+    let mut words = words.iter();
+    while let Some(word) = words.next() {
+        let folder = match word.as_encoded_bytes() {
+            b"-L" => words.next().map(PathBuf::from),
+            [b'-', b'L', folder @ ..] => read::path(folder),
+            _ => None,
+        };
+        folders.extend(folder);
+    }
+    folders
 }
 
 /// Has a program look for its dynamic libraries in these folders.

@@ -853,8 +853,16 @@ fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_wit
     let compiler = format!(
         "#!/bin/sh\nPATH=/usr/bin:/bin\ncase \" $* \" in *\" -c \"*|*\" -E \"*) ;; *) set -- \"$@\" {beside}/libspeed.so; esac\nexec cc \"$@\"\n"
     );
-    write(folder.path(), "bin/cc", &compiler);
-    std::fs::set_permissions(at("bin/cc"), std::fs::Permissions::from_mode(0o755)).unwrap();
+    // As with zig, and with mold.
+    let says_nothing = "#!/bin/sh\ncase \"$*\" in *--trace*) exit 1; esac\nexec cc \"$@\"\n";
+    let says_otherwise = "#!/bin/sh\ncase \"$*\" in *--trace*) ;; *) exec cc \"$@\"; esac\ncc \"$@\" | sed 's/^/trace: /'\n";
+    for (name, text) in
+        [("bin/cc", &*compiler), ("no_trace", says_nothing), ("trace", says_otherwise)]
+    {
+        write(folder.path(), name, text);
+        std::fs::set_permissions(at(name), std::fs::Permissions::from_mode(0o755)).unwrap();
+    }
+    let [no_trace, trace] = ["no_trace", "trace"].map(|name| at(name).display().to_string());
     let own_compiler = format!("{}:{}", at("bin").display(), std::env::var("PATH").unwrap());
     for (arguments, variables) in [
         (&[other, speed][..], &[][..]),
@@ -866,6 +874,9 @@ fn of_two_libraries_with_one_name_the_program_gets_the_one_that_it_is_linked_wit
         (&[other, "-l", "speed"], &[("LIBRARY_PATH", &beside)]),
         // A compiler that the user has not named may have libraries of its own, too.
         (&[other], &[("PATH", &own_compiler)]),
+        (&[speed, other, "-L", "a"], &[("CC", &no_trace)]),
+        (&["-L", "a", "-l", "other", "-l", "speed"], &[("CC", &no_trace), ("LDFLAGS", "-L b")]),
+        (&[other, speed], &[("CC", &trace)]),
     ] {
         let ended = status(arguments, variables);
         assert_eq!(ended.status, Some(42), "{arguments:?} {variables:?} {ended:?}");
