@@ -154,4 +154,19 @@ fn the_flow_keeps_only_what_its_page_shows() {
     let (filter, keeps) = text(newest, "func").split_once("return null;").unwrap();
     assert!(filter.contains(".test(topic)") && filter.contains("text.length > "), "{filter}");
     assert!(keeps.contains("[topic]: payload") && !filter.contains("[topic]"), "{keeps}");
+    let found = flow.iter().find(|node| text(node, "id") == "ft-found").unwrap();
+    let (_, keeps) = text(found, "func").split_once("found[controller] = { ").unwrap();
+    let (kept, _) = keeps.split_once(" }").unwrap();
+    assert_eq!(kept, "state: part(msg.payload.state), bridge", "and a part is short");
+}
+
+/// Another machine may get the name of the one before.
+#[test]
+fn the_flow_is_master_of_what_it_has_sent_commands_to() {
+    let flow: Vec<Value> = serde_json::from_str(FLOW).unwrap();
+    let found = flow.iter().find(|node| text(node, "id") == "ft-found").unwrap();
+    let (change, removal) = text(found, "func").split_once("delete found[controller]").unwrap();
+    let forgets = "delete driven[controller];";
+    assert!(change.contains("bridge !== known.bridge") && change.contains(forgets), "{change}");
+    assert!(removal.contains(forgets), "{removal}");
 }
