@@ -203,7 +203,7 @@ fn a_warning_names_the_pupil_whose_controller_it_is_about() {
         let begin = Instant::now();
         loop {
             let said = fs::read_to_string(&log).unwrap();
-            if said.contains(&format!("{pupil}: the client is cut off")) {
+            if said.contains(&format!("{pupil}: client 1 is cut off")) {
                 break;
             }
             assert!(begin.elapsed() < LIMIT, "{pupil}: {said}");

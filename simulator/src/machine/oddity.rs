@@ -143,6 +143,8 @@ impl Oddity {
 /// The oddities so far, and the state to notice them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Oddities {
+    /// The number of the client that is connected, from 1.
+    client: u64,
     sentences: VecDeque<String>,
     /// Those that were noted in this online session.
     noted: Vec<Oddity>,
@@ -169,7 +171,7 @@ impl Oddities {
             return;
         }
         self.noted.push(oddity.clone());
-        notice!(Warn, "the client is odd: {oddity}");
+        notice!(Warn, "client {} is odd: {oddity}", self.client);
         if self.sentences.len() == SENTENCES_KEPT {
             self.sentences.pop_front();
         }
@@ -178,7 +180,13 @@ impl Oddities {
 
     /// Begins a new online session.
     pub(crate) fn begin_session(&mut self) {
-        *self = Self { sentences: mem::take(&mut self.sentences), ..Self::default() };
+        let sentences = mem::take(&mut self.sentences);
+        *self = Self { client: self.client, sentences, ..Self::default() };
+    }
+
+    /// The client with this number is there.
+    pub(crate) fn client_came(&mut self, number: u64) {
+        self.client = number;
     }
 
     /// An UpdateConfig came, whether it was taken over or not.

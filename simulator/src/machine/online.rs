@@ -70,6 +70,7 @@ impl Machine {
     /// A client has connected.
     pub(crate) fn client_came(&mut self) {
         self.connections += 1;
+        self.oddities.client_came(self.connections);
         self.connected = true;
     }
 

@@ -68,12 +68,15 @@ impl Server {
                 notice!(Info, "the client is not served: the controller is away");
                 continue;
             }
-            self.shared().with_machine(Machine::client_came);
+            let number = self.shared().with_machine(|machine| {
+                machine.client_came();
+                machine.connections()
+            });
             let end = self.serve(stream);
             self.shared().with_machine(Machine::client_left);
             let Err(end) = end else { continue };
             let has_ended = matches!(end, End::EndsProgram(_));
-            end.log("the client");
+            end.log(&format!("client {number}"));
             if has_ended && self.come_back().is_err() {
                 return;
             }

@@ -9,6 +9,7 @@ use std::{fs, io};
 
 use anyhow::{anyhow, bail, ensure, Context};
 use serde::Deserialize;
+use unicode_normalization::UnicodeNormalization;
 
 use crate::text_file;
 use crate::web::access::Token;
@@ -17,6 +18,8 @@ use crate::web::access::Token;
 const LONGEST: u64 = 256 << 10;
 /// How long a name may be, in characters.
 const NAME_MAX: usize = 40;
+/// How long that of a controller may be.
+const DEVICE_NAME_BYTES: usize = 16;
 
 const HEAD: &str = "\
 # A class of `txt classroom`. Whoever has a token comes in, so keep this file to yourself.
@@ -106,8 +109,7 @@ impl Class {
             !pupils.is_empty(),
             "there is nobody in it: write [[pupils]] and name = \"…\" for each"
         );
-        // No page shows a space at the end.
-        let mut names: Vec<_> = pupils.iter().map(|pupil| pupil.name.trim()).collect();
+        let mut names: Vec<_> = pupils.iter().map(|pupil| as_seen(&pupil.name)).collect();
         names.sort_unstable();
         if let Some(two) = names.windows(2).find(|two| two[0] == two[1]) {
             bail!("two pupils are called {:?}: nobody could tell them apart", two[0]);
@@ -115,6 +117,25 @@ impl Class {
         let token = token(written.token.as_deref()).context("the token of the page of all")?;
         each_has_a_token_of_its_own(&token, &pupils)?;
         Ok(Self { port: written.port, page_port: written.page_port, token, pupils })
+    }
+
+    /// What the controllers are called. Their names have 16 bytes, so those of pupils that begin alike get numbers.
+    pub(super) fn device_names(&self) -> Vec<String> {
+        let cut = |name: &str, bytes: usize| {
+            let end = (0..=name.len().min(bytes)).rev().find(|end| name.is_char_boundary(*end));
+            name[..end.unwrap_or(0)].to_owned()
+        };
+        let all: Vec<_> = self.pupils.iter().map(|it| cut(&it.name, DEVICE_NAME_BYTES)).collect();
+        let mut count = HashMap::<_, usize>::new();
+        all.iter().for_each(|name| *count.entry(name).or_default() += 1);
+        let numbered = all.iter().zip(&self.pupils).map(|(name, pupil)| match count[name] {
+            1 => name.clone(),
+            _ => {
+                let number = format!(" {}", pupil.place);
+                cut(name, DEVICE_NAME_BYTES - number.len()) + &number
+            }
+        });
+        numbered.collect()
     }
 
     /// Writes what links need into the file: its own comments and everything else stay.
@@ -213,6 +234,13 @@ impl Pupil {
         });
         Ok(Self { name, world, token, place })
     }
+}
+
+/// A name as a page shows it: without spaces at its ends, and without what takes no room.
+fn as_seen(name: &str) -> String {
+    let takes_room = |c: &char| !matches!(c, '\u{AD}' | '\u{200B}'..='\u{200F}' | '\u{2060}'..='\u{2064}' | '\u{FEFF}');
+    let shown: String = name.nfkc().filter(takes_room).collect();
+    shown.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// The place after all that have an owner: that of a pupil who was removed may be wanted again. Each has one owner.
@@ -385,6 +413,14 @@ mod tests {
     }
 
     #[test]
+    fn controllers_of_pupils_whose_names_begin_alike_have_numbers() {
+        let names = ["Maximilian Mustermann", "Zoë", "Maximilian Musterfrau"];
+        let text = names.map(|name| format!("[[pupils]]\nname = {name:?}\n")).concat();
+        let devices = Class::from_text(&text).unwrap().device_names();
+        assert_eq!(devices, ["Maximilian Mus 1", "Zoë", "Maximilian Mus 3"]);
+    }
+
+    #[test]
     fn what_is_no_class_gets_a_sentence() {
         for (text, part) in [
             ("", "there is nobody in it"),
@@ -392,6 +428,14 @@ mod tests {
             ("[[pupils]]\nname = \"A\"\ntoken = \"geheim\"", "32 digits"),
             ("[[pupils]]\nname = \"A\"\n[[pupils]]\nname = \"A\"", "two pupils are called"),
             ("[[pupils]]\nname = \"A\"\n[[pupils]]\nname = \" A \"", "two pupils are called"),
+            (
+                "[[pupils]]\nname = \"A B\"\n[[pupils]]\nname = \"A\\u00A0\\u200BB\"",
+                "two pupils are called",
+            ),
+            (
+                "[[pupils]]\nname = \"Zo\\u00EB\"\n[[pupils]]\nname = \"Zoe\\u0308\"",
+                "two pupils are called",
+            ),
             ("[[pupils]]\nname = \"A\"\nworld = \"car\"\nlesson = 1", "not both"),
             ("[[pupils]]\nname = \"A\"\nplace = 0", "places begin with 1"),
             (

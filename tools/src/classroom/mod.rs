@@ -170,11 +170,11 @@ struct Place {
 /// A simulated TXT for each pupil.
 fn start(args: &Args, class: &Class, first: u16) -> anyhow::Result<Vec<Place>> {
     let mut started = Vec::new();
-    for pupil in &class.pupils {
+    for (pupil, device_name) in class.pupils.iter().zip(class.device_names()) {
         let world = pupil.world.as_ref().unwrap_or(&args.world);
         let port = port_at(pupil.place, first);
         let builder = SimulatedTxt::builder().bind(args.bind).port(port);
-        let builder = builder.device_name(&pupil.name).log_name(&pupil.name);
+        let builder = builder.device_name(&device_name).log_name(&pupil.name);
         let place = place(&pupil.name, world, builder).with_context(|| pupil.name.clone())?;
         started.push(place);
     }

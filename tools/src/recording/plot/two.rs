@@ -1,5 +1,6 @@
 //! Two recordings in one picture.
 
+use std::ffi::OsStr;
 use std::path::Path;
 use std::time::Duration;
 
@@ -24,8 +25,12 @@ pub(crate) fn second_over_first(
 ) -> anyhow::Result<()> {
     let mut both =
         [(); 2].map(|()| Tracks::new(terminals.clone(), names.clone(), 0.0..f64::INFINITY));
-    let files = recordings.each_ref().map(|(path, _)| path.file_name().unwrap_or_default());
-    let files = files.map(|name| name.to_string_lossy());
+    let paths = recordings.each_ref().map(|(path, _)| *path);
+    let mut files = paths.map(|path| path.file_name().unwrap_or_default());
+    if files[0] == files[1] {
+        files = paths.map(Path::as_os_str);
+    }
+    let files = files.map(OsStr::to_string_lossy);
     for (((_, recording), begin), tracks) in recordings.into_iter().zip(begins).zip(&mut both) {
         read(recording, tracks, begin)?;
     }

@@ -132,7 +132,7 @@ fn start(survey: &Survey, port: u16, player: &Arc<Mutex<Player>>) -> anyhow::Res
     Ok(txt)
 }
 
-/// Serves programs until Ctrl-C, or until the first one has left; returns whether the last one did the same.
+/// Serves programs until Ctrl-C, or once until all was played and the program has left; returns whether all did the same.
 fn serve(
     txt: &SimulatedTxt,
     player: &Mutex<Player>,
@@ -142,7 +142,7 @@ fn serve(
 ) -> bool {
     // Exchanges before the present connection. Without an exchange it was only asked who is there.
     let mut before = 0;
-    let mut has_left = false;
+    let (mut has_left, mut differs) = (false, false);
     loop {
         let exchanges = lock(player).exchanges();
         let connected = txt.with_machine(|machine| machine.connected());
@@ -156,16 +156,20 @@ fn serve(
         left.iter().for_each(|(program, run)| printer.leave(words(program, run)));
         has_left = leaves || has_left && !connected;
         let run = lock(player).run().clone();
+        // The next one may have begun again before this was looked at.
+        let has_played_all = left.iter().any(|(_, run)| run.at_end);
+        differs |= left.iter().any(|(_, run)| run.differs);
         if run.back_at.is_some_and(|back_at| back_at <= Instant::now()) {
             txt.with_machine(|machine| machine.set_absent(false));
             lock(player).is_back();
         }
-        if once && has_left && run.at_end && run.back_at.is_none() {
-            return !run.differs;
+        let is_over = has_left && run.at_end && run.back_at.is_none();
+        if once && (has_played_all || is_over) {
+            return !differs && (has_played_all || !run.differs);
         }
         match interrupted.recv_timeout(LOOK) {
             Err(RecvTimeoutError::Timeout) if !printer.is_over() => {}
-            _ => return !run.differs,
+            _ => return !differs && !run.differs,
         }
     }
 }
