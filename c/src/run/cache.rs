@@ -17,7 +17,7 @@ use crate::read;
 use crate::say;
 
 /// The beginning of each entry: another version of this program may have another form.
-const BEGINNING: &[u8] = b"tx_run 4\n";
+const BEGINNING: &[u8] = b"tx_run 5\n";
 /// How much is kept: some programs of the size of a factory.
 const LIMIT: u64 = 512 << 20;
 /// When a file that was not finished belongs to nobody any more.

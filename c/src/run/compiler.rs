@@ -209,19 +209,30 @@ impl Compiler {
         command
     }
 
-    /// Options with which a source is compiled to the assembler's text. clang's own assembler would read the files of the
-    /// directives in it, and leave none of them in the text.
-    pub(crate) fn to_assembler(&self) -> &'static [&'static str] {
+    /// Options for this. clang's own assembler would read the files of the directives in it, and leave none of them in the
+    /// text; and it tells of options that count only for a source.
+    fn to_assembler(&self) -> &'static [&'static str] {
         match self.is_clang {
-            true => &["-S", "-Xclang", "-no-integrated-as"],
+            true => &["-S", "-Xclang", "-no-integrated-as", "-Qunused-arguments"],
             false => &["-S"],
         }
     }
 
-    /// Has the command also write into a file which files the compiler reads. The compiler writes them in the same way for
-    /// each command, so two such files can be compared as they are.
-    pub(crate) fn name_files(command: &mut Command, to: &Path) {
-        command.args(["-MD", "-MT", "files", "-MF"]).arg(to);
+    /// A command that compiles what the preprocessor has made of a source to the assembler's text.
+    pub(crate) fn compile_text(&self, more: &[&str], text: &Path) -> Command {
+        let mut command = self.compile(more, &[]);
+        command.args(self.to_assembler());
+        let language = match self.language {
+            Language::C => "cpp-output",
+            Language::Cpp => "c++-cpp-output",
+        };
+        command.args(["-x", language]).arg(text);
+        command
+    }
+
+    /// Whether it may warn of what is only in a source, such as comments and the places of spaces. gcc has to be asked.
+    pub(crate) fn warns_of_source(&self) -> bool {
+        self.is_clang || self.flags.iter().any(|flag| flag.as_encoded_bytes().starts_with(b"-W"))
     }
 
     /// A command that makes an object of such a text.

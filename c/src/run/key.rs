@@ -8,8 +8,6 @@ use std::fmt::Write;
 use std::fs::{self, File};
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
-#[cfg(unix)]
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use twox_hash::XxHash3_128;
 
@@ -175,22 +173,11 @@ fn changed(file: &fs::Metadata) -> Option<String> {
     let more = {
         use std::os::unix::fs::MetadataExt;
         // No program can set this time back.
-        let time = (file.ctime(), file.ctime_nsec());
-        let now = SystemTime::now().duration_since(UNIX_EPOCH).ok()?;
-        // Nothing is as it was a moment before.
-        let moment = hides_changes(time, now).then_some(now);
-        (file.dev(), file.ino(), time, moment)
+        (file.dev(), file.ino(), file.ctime(), file.ctime_nsec())
     };
     #[cfg(not(unix))]
     let more = ();
     Some(format!("{} {modified:?} {more:?}", file.len()))
-}
-
-/// Whether a file may change once more with the same time: some disks have only whole seconds, or every second one.
-#[cfg(unix)]
-fn hides_changes((seconds, nanoseconds): (i64, i64), now: Duration) -> bool {
-    const COARSEST: i64 = 2;
-    nanoseconds == 0 && now.as_secs() as i64 <= seconds + COARSEST
 }
 
 /// The key of what is compiled from this text, and what else distinguishes it from others. `None` when the compiler
@@ -235,32 +222,22 @@ pub(crate) fn with_fixed_name(text: &[u8], build: &Path) -> Vec<u8> {
     fixed
 }
 
-/// The files that a text is from.
-pub(crate) struct Files {
-    /// What is in them: with the comments and spaces that warnings depend on and show.
-    pub(crate) written: Vec<u8>,
-    /// What changes whenever they are written.
-    pub(crate) states: String,
-}
-
-/// The files that a text is from, without those in the build folder, which nobody else writes.
-pub(crate) fn files_of(text: &[u8]) -> Result<Files, &'static str> {
+/// What is in the files that a text is from: with the comments and spaces that warnings depend on and show.
+pub(crate) fn written_in(text: &[u8]) -> Result<Vec<u8>, &'static str> {
     let lines = text.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"# "));
     let names: BTreeSet<PathBuf> = lines.filter_map(name_in).collect();
-    let states = way_to(names.iter().map(PathBuf::as_path));
-    let mut files = Files { written: Vec::new(), states };
+    let mut written = Vec::new();
     for file in names.iter().filter(|file| file.is_file()) {
-        let _ = write!(files.states, "{:?} ", fs::metadata(file).ok().and_then(|it| changed(&it)));
         // One that can't be read has no lines to show. A source may name any file by `#line`.
         // Those in which the kernel says something have no length, and reading may wait.
         let length = |it: &File| it.metadata().map(|data| data.len());
         let open = File::open(file).and_then(|it| Ok((length(&it)?, it)));
-        let read = open.and_then(|(length, it)| read::more(it.take(length), &mut files.written));
+        let read = open.and_then(|(length, it)| read::more(it.take(length), &mut written));
         if read.is_err_and(|error| error.kind() == ErrorKind::FileTooLarge) {
             return Err("the files that it is from have more than 100 MB");
         }
     }
-    Ok(files)
+    Ok(written)
 }
 
 /// The file that such a line names, in any character set. Compilers write a backslash before some characters, and clang
@@ -336,14 +313,6 @@ mod tests {
 
     fn known(options: &str) -> bool {
         are_known(&options.split_whitespace().map(OsString::from).collect::<Vec<_>>())
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn a_time_of_whole_seconds_hides_changes_for_a_moment() {
-        let now = Duration::from_millis(100_900);
-        assert!([98, 99, 100].iter().all(|seconds| hides_changes((*seconds, 0), now)));
-        assert!(!hides_changes((97, 0), now) && !hides_changes((100, 1), now));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Compiles sources, several at the same time, as far as the cache does not have them.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -134,42 +135,46 @@ struct Unit<'a> {
 }
 
 /// A source after the preprocessor.
-#[derive(PartialEq, Eq)]
 struct Text {
     key: Key,
-    /// The names of the files that the preprocessor has read, as the compiler writes them.
-    names: Vec<u8>,
-    /// Of its files. One that changes and changes back while it is compiled has another one.
-    states: String,
+    text: Vec<u8>,
+    /// Whether the preprocessor has said something.
+    has_messages: bool,
 }
 
 impl Unit<'_> {
-    /// Compiles the source. What is made of it is kept if neither its text nor its files nor the compiler have changed
-    /// meanwhile, and the compiler has read the same files: for a moment there may be another one in a folder where it
-    /// looks first.
+    /// Compiles the source. What is kept is made of the preprocessor's text alone, whatever the files become meanwhile.
     fn compile(&self, object: &Path) -> Result<(), Sentence> {
-        let names = object.with_extension("d");
-        let Some(text) = self.text(&names)? else { return self.compile_to_object(object) };
+        let Some(text) = self.text()? else { return self.compile_to_object(object) };
         if let Some(messages) = self.cache.take(text.key, object) {
             self.pass_on(&messages);
             return Ok(());
         }
-        let assembler = object.with_extension("s");
-        let mut command = self.command();
-        command.args(self.compiler.to_assembler());
-        Compiler::name_files(&mut command, &names);
-        let messages = self.compile_source(command, &assembler)?;
-        let has_same_files = read::file(&names).is_ok_and(|names| names == text.names);
+        let [preprocessed, assembler] = ["text", "s"].map(|end| object.with_extension(end));
+        fs::write(&preprocessed, &text.text)?;
+        let mut command = self.compiler.compile_text(self.more_options(), &preprocessed);
+        let compiled = signals::output_of(command.arg("-o").arg(&assembler))?;
         let mut command = self.compiler.assemble(&assembler, object);
-        if !signals::output_of(&mut command)?.status.success() {
+        if !compiled.status.success() || !signals::output_of(&mut command)?.status.success() {
             return self.compile_to_object(object);
         }
+        let has_messages = text.has_messages || !compiled.stderr.is_empty();
+        let messages = match has_messages || self.compiler.warns_of_source() {
+            true => self.messages(object)?,
+            false => Vec::new(),
+        };
         let is_all = read::file(&assembler).is_ok_and(|text| !key::reads_files(&text));
-        let is_same = self.text(&names)?.as_ref() == Some(&text) && self.compiler.is_the_same()?;
-        if has_same_files && is_all && is_same {
+        if is_all && self.compiler.is_the_same()? {
             self.cache.add(text.key, object, &messages);
         }
         Ok(())
+    }
+
+    /// Compiles the source for what the compiler says of it: its text has other spaces, and no comments and macros.
+    fn messages(&self, object: &Path) -> Result<Vec<u8>, Sentence> {
+        let mut command = self.command();
+        command.arg("-S");
+        self.compile_source(command, &object.with_extension("messages"))
     }
 
     fn compile_to_object(&self, object: &Path) -> Result<(), Sentence> {
@@ -234,9 +239,8 @@ impl Unit<'_> {
         command
     }
 
-    /// What the preprocessor makes of the source; `None` when what is compiled from it is not kept. The names of the files
-    /// are written to `names`.
-    fn text(&self, names: &Path) -> Result<Option<Text>, Sentence> {
+    /// What the preprocessor makes of the source; `None` when what is compiled from it is not kept.
+    fn text(&self) -> Result<Option<Text>, Sentence> {
         let Some(compiler) = self.compiler.identity.as_ref().filter(|_| self.cache.is_there())
         else {
             return Ok(None);
@@ -245,17 +249,17 @@ impl Unit<'_> {
         let too_much = |error| format!("{}: {error}", self.path().display());
         let mut command = self.command();
         command.args(["-E", "-fpch-preprocess"]);
-        Compiler::name_files(&mut command, names);
         let output = signals::output_of(&mut command).map_err(too_much)?;
-        let Some(names) = read::file(names).ok().filter(|_| output.status.success()) else {
+        if !output.status.success() {
             return Ok(None);
-        };
-        let [text, said] =
-            [output.stdout, output.stderr].map(|it| key::with_fixed_name(&it, &self.plan.build));
-        let files = key::files_of(&text).map_err(|error| too_much(error.into()))?;
+        }
+        let [text, said] = [&output.stdout, &output.stderr]
+            .map(|text| key::with_fixed_name(text, &self.plan.build));
+        let written = key::written_in(&text).map_err(|error| too_much(error.into()))?;
         let options = self.more_options().concat();
-        let others = [compiler.as_bytes(), options.as_bytes(), &said, &files.written];
+        let others = [compiler.as_bytes(), options.as_bytes(), &said, &written];
         let key = key::of(&text, &others);
-        Ok(key.map(|key| Text { key, names, states: files.states }))
+        let has_messages = !said.is_empty();
+        Ok(key.map(|key| Text { key, text: output.stdout, has_messages }))
     }
 }

@@ -77,19 +77,25 @@ impl Line {
     }
 }
 
-/// Calls the compiler with its own name, and leaves a line for each file that it compiles.
+/// Calls the compiler with its own name, and leaves a line for each source, or text of one, that it compiles.
 const COMPILER: &str = r#"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 int main(int n, char **v) {
-    int i, compiles = 0;
+    int i, compiles = 0, is_text = 0;
     FILE *log = fopen(getenv("LOG"), "a");
-    for (i = 1; i < n; i++) compiles |= !strcmp(v[i], "-c") || !strcmp(v[i], "-S");
-    for (i = 1; compiles && i < n; i++) {
-        char *end = strrchr(v[i], '.');
-        if (end && (!strcmp(end, ".c") || !strcmp(end, ".cpp"))) fprintf(log, "%s\n", v[i]);
+    for (i = 1; i < n; i++) {
+        compiles |= !strcmp(v[i], "-c");
+        is_text |= !strcmp(v[i], "-S");
+    }
+    for (i = 1; i < n; i++) {
+        char *name = strrchr(v[i], '/'), *end = strrchr(v[i], '.');
+        int is_source = end && (!strcmp(end, ".c") || !strcmp(end, ".cpp"));
+        if (compiles && is_source) fprintf(log, "%s\n", v[i]);
+        /* Before the name of the source is its number. */
+        if (is_text && name && end && !strcmp(end, ".text")) fprintf(log, "%s\n", strchr(name, '_') + 1);
     }
     fclose(log);
     v[0] = strrchr(v[0], '/') + 1;
