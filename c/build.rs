@@ -9,7 +9,7 @@ fn main() {
     let is = |name: &str, value: &str| env::var(name).is_ok_and(|it| it == value);
     // It calls its own functions, also when the program has one of the same name, such as _getch.
     if is("CARGO_CFG_TARGET_OS", "linux") {
-        println!("cargo::rustc-link-arg-cdylib=-Wl,-Bsymbolic-functions");
+        println!("cargo::rustc-link-arg-cdylib=-Wl,-Bsymbolic");
     }
     // Microsoft's linker takes one such file only, and rustc has one of its own.
     if is("CARGO_CFG_TARGET_OS", "windows") && is("CARGO_CFG_TARGET_ENV", "gnu") {

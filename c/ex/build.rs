@@ -6,7 +6,7 @@ fn main() {
     println!("cargo::rerun-if-changed=../lib/ftMscLib.def");
     let is = |name: &str, value: &str| env::var(name).is_ok_and(|it| it == value);
     if is("CARGO_CFG_TARGET_OS", "linux") {
-        println!("cargo::rustc-link-arg-cdylib=-Wl,-Bsymbolic-functions");
+        println!("cargo::rustc-link-arg-cdylib=-Wl,-Bsymbolic");
     }
     if is("CARGO_CFG_TARGET_OS", "windows") && is("CARGO_CFG_TARGET_ENV", "gnu") {
         let folder = env::var("CARGO_MANIFEST_DIR").unwrap_or_default();

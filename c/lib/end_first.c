@@ -14,10 +14,9 @@ extern "C" {
 /* In the library ftMscLib. */
 void ft_end_transfers(void);
 
-/* Weak, because one that is the program's own is not wrapped. */
 int __real_main(int argc, char **argv, char **environment);
-__attribute__((weak, noreturn)) void __real_exit(int status);
-__attribute__((weak, noreturn)) void __real_quick_exit(int status);
+void __real_exit(int status);
+void __real_quick_exit(int status);
 
 int __wrap_main(int argc, char **argv, char **environment)
 {
@@ -33,17 +32,22 @@ int __wrap_main(int argc, char **argv, char **environment)
     return status;
 }
 
-__attribute__((noreturn)) void __wrap_exit(int status)
+/* The program may have functions of its own with these names, which return. Where that is known they are not wrapped. */
+#ifndef FT_OWN_EXIT
+void __wrap_exit(int status)
 {
     ft_end_transfers();
     __real_exit(status);
 }
+#endif
 
-__attribute__((noreturn)) void __wrap_quick_exit(int status)
+#ifndef FT_OWN_QUICK_EXIT
+void __wrap_quick_exit(int status)
 {
     ft_end_transfers();
     __real_quick_exit(status);
 }
+#endif
 
 /* The next ones are in the place of the libraries' own, and dynamic libraries call them, too. Weak, because a library that
    is linked into the program may have them. */

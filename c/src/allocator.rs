@@ -6,6 +6,7 @@ use std::sync::Once;
 
 use dlmalloc::GlobalDlmalloc;
 
+use crate::exit::end_before_crash;
 use crate::inside;
 
 #[global_allocator]
@@ -14,12 +15,20 @@ static OWN: OwnMemory = OwnMemory;
 /// Lets no handler interrupt it.
 struct OwnMemory;
 
+/// Without memory Rust aborts, and first writes that, which perhaps nobody reads: the motors stop before.
+fn or_end(memory: *mut u8) -> *mut u8 {
+    if memory.is_null() {
+        end_before_crash();
+    }
+    memory
+}
+
 // SAFETY: all is done by another allocator.
 unsafe impl GlobalAlloc for OwnMemory {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         let _inside = inside::enter();
         // SAFETY: as the caller promises.
-        unsafe { GlobalDlmalloc.alloc(layout) }
+        or_end(unsafe { GlobalDlmalloc.alloc(layout) })
     }
 
     unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
@@ -31,13 +40,13 @@ unsafe impl GlobalAlloc for OwnMemory {
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         let _inside = inside::enter();
         // SAFETY: as the caller promises.
-        unsafe { GlobalDlmalloc.alloc_zeroed(layout) }
+        or_end(unsafe { GlobalDlmalloc.alloc_zeroed(layout) })
     }
 
     unsafe fn realloc(&self, at: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         let _inside = inside::enter();
         // SAFETY: as the caller promises.
-        unsafe { GlobalDlmalloc.realloc(at, layout, size) }
+        or_end(unsafe { GlobalDlmalloc.realloc(at, layout, size) })
     }
 }
 

@@ -14,11 +14,22 @@ mod unix {
     use std::io;
     use std::mem;
     use std::ptr;
+    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::sync::Arc;
+
+    use crate::inside;
 
     type Body = Box<dyn FnOnce() + Send>;
 
+    /// That of other threads of Rust, whatever the system gives by default.
+    const STACK: usize = 2 << 20;
+
     /// A thread. Without this it goes on alone.
-    pub(crate) struct Thread(Option<libc::pthread_t>);
+    pub(crate) struct Thread {
+        /// Until it is waited for.
+        thread: Option<libc::pthread_t>,
+        has_ended: Arc<AtomicBool>,
+    }
 
     /// Starts one with this name, of up to 15 bytes.
     pub(crate) fn spawn(
@@ -28,23 +39,36 @@ mod unix {
         type Begin = extern "C-unwind" fn(*mut c_void) -> *mut c_void;
         type BeginOfC = extern "C" fn(*mut c_void) -> *mut c_void;
 
+        let has_ended = Arc::new(AtomicBool::new(false));
+        let ends = Arc::clone(&has_ended);
         let body: Body = Box::new(move || {
             call_this_thread(name);
+            // To its end: it would be taken out of the middle of Rust code, which ends the process.
+            mem::forget(inside::uncancelled());
             body();
+            ends.store(true, Ordering::Release);
         });
         let body = Box::into_raw(Box::new(body));
         // SAFETY: both are called in the same way.
         let begin = unsafe { mem::transmute::<Begin, BeginOfC>(begin) };
         let mut thread = libc::pthread_t::default();
-        // SAFETY: the place is this function's, and the thread takes the body.
-        let error =
-            unsafe { libc::pthread_create(&raw mut thread, ptr::null(), begin, body.cast()) };
+        // SAFETY: integers and pointers, for which all bits 0 are valid.
+        let mut attributes: libc::pthread_attr_t = unsafe { mem::zeroed() };
+        // SAFETY: the places are this function's, and the thread takes the body.
+        let error = unsafe {
+            libc::pthread_attr_init(&raw mut attributes);
+            libc::pthread_attr_setstacksize(&raw mut attributes, STACK);
+            let error =
+                libc::pthread_create(&raw mut thread, &raw const attributes, begin, body.cast());
+            libc::pthread_attr_destroy(&raw mut attributes);
+            error
+        };
         if error != 0 {
             // SAFETY: there is no thread that takes it.
             drop(unsafe { Box::from_raw(body) });
             return Err(io::Error::from_raw_os_error(error));
         }
-        Ok(Thread(Some(thread)))
+        Ok(Thread { thread: Some(thread), has_ended })
     }
 
     extern "C-unwind" fn begin(body: *mut c_void) -> *mut c_void {
@@ -66,9 +90,21 @@ mod unix {
     }
 
     impl Thread {
+        /// Whether it is this one.
+        pub(crate) fn is_this(&self) -> bool {
+            // SAFETY: calls without pointers.
+            self.thread
+                .is_some_and(|it| unsafe { libc::pthread_equal(it, libc::pthread_self()) } != 0)
+        }
+
+        /// Whether it has nothing more to do.
+        pub(crate) fn is_finished(&self) -> bool {
+            self.has_ended.load(Ordering::Acquire)
+        }
+
         /// Waits for its end.
         pub(crate) fn join(mut self) {
-            if let Some(thread) = self.0.take() {
+            if let Some(thread) = self.thread.take() {
                 // SAFETY: it was not waited for.
                 unsafe { libc::pthread_join(thread, ptr::null_mut()) };
             }
@@ -77,7 +113,7 @@ mod unix {
 
     impl Drop for Thread {
         fn drop(&mut self) {
-            if let Some(thread) = self.0.take() {
+            if let Some(thread) = self.thread.take() {
                 // SAFETY: it was not waited for.
                 unsafe { libc::pthread_detach(thread) };
             }
@@ -101,6 +137,14 @@ mod others {
     }
 
     impl Thread {
+        pub(crate) fn is_this(&self) -> bool {
+            self.0.thread().id() == std::thread::current().id()
+        }
+
+        pub(crate) fn is_finished(&self) -> bool {
+            self.0.is_finished()
+        }
+
         pub(crate) fn join(self) {
             if self.0.join().is_err() {
                 log::error!("a thread for calls of the program panicked");

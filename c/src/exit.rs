@@ -26,7 +26,9 @@ mod stack;
 pub(crate) use stack::Stack;
 pub(crate) use system::{at_exit, threads_are_gone};
 #[cfg(unix)]
-pub(crate) use system::{ends, ends_by_ctrl_c, handler_of, on_end, take_over, SUSPENDS};
+pub(crate) use system::{
+    end_before_crash, ends, ends_by_ctrl_c, handler_of, on_end, take_over, SUSPENDS,
+};
 
 /// How long the end of a program waits for a lock that another thread has.
 pub(crate) const LOCK_LIMIT: Duration = Duration::from_secs(1);

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::{
@@ -12,6 +12,7 @@ use ft_transfer_area::{
 };
 use parking_lot::Mutex;
 
+use crate::calling::{self, Thread};
 use crate::exit;
 use crate::host;
 use crate::inside::Programs;
@@ -59,7 +60,7 @@ pub(crate) struct SessionSettings {
 /// The areas of one device, and the transfer while it runs.
 pub(crate) struct ProgramSession<A: Area> {
     shared: Arc<SessionParts<A>>,
-    thread: Mutex<Option<JoinHandle<()>>>,
+    thread: Mutex<Option<Thread>>,
 }
 
 struct SessionParts<A: Area> {
@@ -235,9 +236,8 @@ impl<A: Area> ProgramSession<A> {
         Ok(())
     }
 
-    fn spawn(&self) -> Result<JoinHandle<()>, Error> {
+    fn spawn(&self) -> Result<Thread, Error> {
         let shared = Arc::clone(&self.shared);
-        let thread = thread::Builder::new().name("ft/session".into());
         let programs = Programs::of_this_thread();
         let run = move || {
             #[cfg(unix)]
@@ -245,7 +245,8 @@ impl<A: Area> ProgramSession<A> {
             programs.begin();
             shared.run();
         };
-        thread.spawn(run).map_err(|cause| Error::ThreadNotStarted { cause: cause.into() })
+        calling::spawn("ft/session", run)
+            .map_err(|cause| Error::ThreadNotStarted { cause: cause.into() })
     }
 
     /// Whether areas are exchanged.
@@ -285,8 +286,8 @@ fn seen(status: u8) -> u8 {
 }
 
 /// Waits for the end of a thread, unless it is this one, or a callback in it does not return.
-fn join(thread: JoinHandle<()>, host: &str) {
-    if thread.thread().id() == thread::current().id() {
+fn join(thread: Thread, host: &str) {
+    if thread.is_this() {
         return;
     }
     let limit = Instant::now() + END_LIMIT;
@@ -297,9 +298,7 @@ fn join(thread: JoinHandle<()>, host: &str) {
         }
         thread::sleep(Duration::from_millis(1));
     }
-    if thread.join().is_err() {
-        report::failure(format_args!("{host}: the thread of a transfer area panicked"));
-    }
+    thread.join();
 }
 
 impl<A: Area> exit::Transfer for ProgramSession<A> {

@@ -253,8 +253,13 @@ extern "C" fn on_suspend(signal: c_int) {
     }
 }
 
-/// The thread that has crashed waits until the transfers have ended.
 extern "C" fn on_crash(signal: c_int) {
+    end_before_crash();
+    end_by(signal);
+}
+
+/// The thread that crashes waits until the transfers have ended. Async-signal-safe.
+pub(crate) fn end_before_crash() {
     if process::id() == WATCHED_BY.load(Ordering::Acquire) {
         CRASHED.store(true, Ordering::Release);
         hold_signals_back();
@@ -269,7 +274,6 @@ extern "C" fn on_crash(signal: c_int) {
             unsafe { libc::nanosleep(&raw const look, ptr::null_mut()) };
         }
     }
-    end_by(signal);
 }
 
 /// In this thread: each signal of a timer would end a sleep early. Async-signal-safe.

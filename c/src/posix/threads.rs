@@ -42,7 +42,6 @@ fn start(
     let argument = Argument(argument);
     let (tell, reported) = std::sync::mpsc::channel();
     let body = move || {
-        let _uncancelled = inside::uncancelled();
         let _stack = crate::exit::Stack::give();
         let _ = tell.send(GetCurrentThreadId());
         let code = inside::of_program(|| run(argument.get()));

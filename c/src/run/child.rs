@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use ft_transfer_area::Error;
 
-use crate::dump::{self, Dumps};
+use crate::endings::{self, Doing, Endings};
 #[cfg(target_os = "linux")]
 use crate::forks::Forks;
 use crate::online::{self, Online, While};
@@ -90,7 +90,7 @@ pub(crate) fn run(
     let mut child = command.spawn()?;
     let id = signals::pass_on_to(&child);
     let mut was_left = false;
-    let (mut dumps, mut was_cut_off) = (Dumps::default(), false);
+    let (mut endings, mut was_cut_off) = (Endings::default(), false);
     let (to_say, saying) = say_meanwhile();
     let status = loop {
         match child.try_wait() {
@@ -103,9 +103,14 @@ pub(crate) fn run(
             was_left = true;
             online.begin_to_stop(if is_suspended { While::IsSuspended } else { While::Runs });
         }
-        for process in dumps.take_long(|| online.drivers()) {
-            was_cut_off = true;
-            dump::cut_off(process);
+        for (process, doing) in endings.take_long(|| online.drivers()) {
+            match doing {
+                Doing::WritesImage => {
+                    was_cut_off = true;
+                    endings::cut_off(process);
+                }
+                Doing::WaitsForSystem => online.give_up(process),
+            }
         }
         // Sentences without room are not said.
         for stopped in online.take_stopped() {

@@ -2,18 +2,18 @@
 //!
 //! The loader knows a library by the name in it, and takes it from the first folder that has a file of this name.
 
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::fmt::Display;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use object::elf::{FileHeader32, FileHeader64, DT_SONAME};
-use object::read::elf::{ElfFile, FileHeader, ProgramHeader};
+use object::elf::{FileHeader32, FileHeader64, DT_SONAME, STB_LOCAL, STT_FUNC, STT_GNU_IFUNC};
+use object::read::elf::{ElfFile, FileHeader, ProgramHeader, Sym};
 use object::{Endianness, FileKind, ReadCache};
 
 use crate::link::folder_of;
-use crate::own_names::Functions;
 use crate::read;
 use crate::say;
 use crate::signals;
@@ -84,6 +84,30 @@ fn name_in<Elf: FileHeader<Endian = Endianness>>(
     Some(name.map(PathBuf::into_os_string))
 }
 
+/// The names of the functions that a dynamic library has.
+pub(crate) fn functions_of(library: &Path) -> Result<BTreeSet<Vec<u8>>, Sentence> {
+    let parts = ReadCache::new(File::open(library)?);
+    let names = match FileKind::parse(&parts) {
+        Ok(FileKind::Elf32) => functions::<FileHeader32<Endianness>>(&parts),
+        Ok(FileKind::Elf64) => functions::<FileHeader64<Endianness>>(&parts),
+        _ => return Ok(BTreeSet::new()),
+    };
+    names.map_err(|error| format!("{} can't be read: {error}", library.display()).into())
+}
+
+fn functions<Elf: FileHeader<Endian = Endianness>>(
+    parts: &ReadCache<File>,
+) -> object::Result<BTreeSet<Vec<u8>>> {
+    let file = ElfFile::<Elf, &ReadCache<File>>::parse(parts)?;
+    let (endian, table) = (file.endian(), file.elf_dynamic_symbol_table());
+    let functions = table.iter().filter(|symbol| {
+        let is_function = [STT_FUNC, STT_GNU_IFUNC].contains(&symbol.st_type());
+        is_function && !symbol.is_undefined(endian) && symbol.st_bind() != STB_LOCAL
+    });
+    let names = functions.map(|symbol| symbol.name(endian, table.strings()));
+    names.map(|name| name.map(<[u8]>::to_vec)).collect()
+}
+
 /// The dynamic libraries in what a linker says of the files that it takes (`--trace`), without our own.
 pub(crate) fn taken(said: &[u8], own: &Path) -> Vec<Library> {
     let lines = said.split(|byte| *byte == b'\n').filter_map(|line| {
@@ -99,10 +123,14 @@ pub(crate) fn taken(said: &[u8], own: &Path) -> Vec<Library> {
 
 /// The dynamic libraries among these files, and those with these names in the first folder that has one, as linkers take them
 /// that do not say it.
-pub(crate) fn named(files: &[PathBuf], names: &[String], folders: &[PathBuf]) -> Vec<Library> {
-    let first = |name: &String| {
-        let file = |folder: &PathBuf, ending| folder.join(format!("lib{name}.{ending}"));
-        let all = folders.iter().flat_map(|it| [file(it, "so"), file(it, "a")]);
+pub(crate) fn named(files: &[PathBuf], names: &[PathBuf], folders: &[PathBuf]) -> Vec<Library> {
+    let first = |name: &PathBuf| {
+        let name = name.to_string_lossy();
+        let files = match name.strip_prefix(':') {
+            Some(file) => vec![file.to_owned()],
+            None => ["so", "a"].map(|ending| format!("lib{name}.{ending}")).into(),
+        };
+        let all = folders.iter().flat_map(|folder| files.iter().map(|file| folder.join(file)));
         all.into_iter().find(|file| file.is_file())
     };
     let found = files.iter().cloned().chain(names.iter().filter_map(first));
@@ -225,15 +253,15 @@ pub(crate) fn check(
     Ok(())
 }
 
-/// Tells which functions of a library nobody calls, itself included: the loader finds ours first.
+/// Tells in place of which functions of a library ours are called, often by itself, too: the loader finds them first.
 fn tell_common_names(file: &Path, own: &Path) -> Result<(), Sentence> {
-    let [its, ours] = [Functions::of(file)?.own, Functions::of(own)?.own];
+    let [its, ours] = [functions_of(file)?, functions_of(own)?];
     let common = its.intersection(&ours).take(MOST_NAMES);
     let names: Vec<_> = common.map(|name| String::from_utf8_lossy(name)).collect();
     if !names.is_empty() {
         let names = names.join(", ");
         say(&format!(
-            "functions of {} are not called, because those of ftMscLib have the same names: {names}",
+            "in place of functions of {} those of ftMscLib are called, which have the same names: {names}",
             file.display()
         ));
     }

@@ -59,9 +59,9 @@ pub(crate) fn link(
         }
     }
     let words: Vec<OsString> = flags.iter().chain(&libraries).cloned().collect();
-    let names: Vec<String> = words.iter().filter_map(|word| library_name(word)).collect();
-    let named =
-        libraries::named(&inputs.archives, &names, &[folders_in(&words), folders.clone()].concat());
+    let mut to_look_in = [values_of(b'L', &words), folders.clone()].concat();
+    to_look_in.extend(env::var_os("LIBRARY_PATH").iter().flat_map(env::split_paths));
+    let named = libraries::named(&inputs.archives, &values_of(b'l', &words), &to_look_in);
     let (output, taken, folders) = link_in(folders, library, named, command)?;
     signals::check("the program was compiled")?;
     pass_on(&output.stderr);
@@ -72,6 +72,7 @@ pub(crate) fn link(
         };
     }
     let said = String::from_utf8_lossy(&output.stderr);
+    let names: Vec<String> = libraries.iter().filter_map(|word| library_name(word)).collect();
     let libraries = packages::advice_for_libraries(&said, names.iter().map(String::as_str));
     let sources: Vec<&Path> = inputs.sources.iter().map(|source| &*source.path).collect();
     let advice = packages::advice_for_names(&said, &names, &sources);
@@ -87,36 +88,40 @@ fn link_in(
     command: impl Fn(&[PathBuf]) -> Result<Command, Sentence>,
 ) -> Result<(Output, Vec<Library>, Vec<PathBuf>), Sentence> {
     if cfg!(target_os = "linux") {
-        // A linker that does not know it fails, such as zig's.
-        let traced = signals::output_of(command(&folders)?.arg("-Wl,--trace"))?;
-        let is_traced = traced.status.success();
-        let taken = match is_traced {
-            true => libraries::taken(&traced.stdout, library),
-            false => named,
-        };
-        let ordered = libraries::folders(folders.clone(), &taken)?;
-        let output = match is_traced && ordered == folders {
-            true => traced,
-            false => signals::output_of(&mut command(&ordered)?)?,
-        };
-        return Ok((output, taken, ordered));
+        let mut output = signals::output_of(command(&folders)?.arg("-Wl,--trace"))?;
+        let mut taken = libraries::taken(&output.stdout, library);
+        if !output.status.success() {
+            // A linker that does not know the option, such as zig's.
+            output = signals::output_of(&mut command(&folders)?)?;
+            taken = named;
+        }
+        if output.status.success() {
+            let ordered = libraries::folders(folders.clone(), &taken)?;
+            if ordered != folders {
+                output = signals::output_of(&mut command(&ordered)?)?;
+            }
+            return Ok((output, taken, ordered));
+        }
+        return Ok((output, Vec::new(), folders));
     }
     Ok((signals::output_of(&mut command(&folders)?)?, Vec::new(), folders))
 }
 
-/// The folders of `-L folder` and `-Lfolder`.
-fn folders_in(words: &[OsString]) -> Vec<PathBuf> {
-    let mut folders = Vec::new();
+/// The values of an option of one letter: `-Lfolder` and `-L folder`.
+fn values_of(letter: u8, words: &[OsString]) -> Vec<PathBuf> {
+    let mut values = Vec::new();
     let mut words = words.iter();
     while let Some(word) = words.next() {
-        let folder = match word.as_encoded_bytes() {
-            b"-L" => words.next().map(PathBuf::from),
-            [b'-', b'L', folder @ ..] => read::path(folder),
+        let value = match word.as_encoded_bytes() {
+            [b'-', its, value @ ..] if *its == letter => match value {
+                [] => words.next().map(PathBuf::from),
+                value => read::path(value),
+            },
             _ => None,
         };
-        folders.extend(folder);
+        values.extend(value);
     }
-    folders
+    values
 }
 
 /// Has a program look for its dynamic libraries in these folders.

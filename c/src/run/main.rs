@@ -12,7 +12,7 @@ mod cache;
 mod child;
 mod compiler;
 mod copies;
-mod dump;
+mod endings;
 mod folder;
 #[cfg(target_os = "linux")]
 mod forks;
@@ -26,6 +26,7 @@ mod link;
 mod missing;
 mod online;
 mod options;
+#[cfg(target_os = "linux")]
 mod own_names;
 mod packages;
 #[path = "../port_entries.rs"]

@@ -45,6 +45,8 @@ pub(crate) struct Online {
     seen: BTreeSet<(String, u32)>,
     /// Those that say nothing more, and are perhaps still there.
     done_with: BTreeSet<Note>,
+    /// The processes whose marks say nothing more.
+    given_up: BTreeSet<u32>,
 }
 
 /// A transfer that has begun and not ended.
@@ -78,7 +80,8 @@ impl Online {
         let mark = File::create_new(folder.join(MARK))?;
         let (stopping, failed) = (BTreeMap::new(), BTreeMap::new());
         let (seen, done_with) = (BTreeSet::new(), BTreeSet::new());
-        Ok(Self { folder, mark, stopping, failed, lost: None, named, seen, done_with })
+        let given_up = BTreeSet::new();
+        Ok(Self { folder, mark, stopping, failed, lost: None, named, seen, done_with, given_up })
     }
 
     /// Whether somebody has removed what is written down, with the folder or without it.
@@ -274,6 +277,11 @@ impl Online {
         BTreeSet::new()
     }
 
+    /// This process was killed, and has not ended for the system.
+    pub(crate) fn give_up(&mut self, process: u32) {
+        self.given_up.insert(process);
+    }
+
     /// Whether a process holds the mark on this byte, or can't hold one.
     #[cfg(unix)]
     fn is_marked(&self, byte: u32) -> bool {
@@ -294,7 +302,11 @@ impl Online {
         let is_held = mark.l_type != libc::F_UNLCK as _;
         // In another namespace of processes it is 0.
         let holder = u32::try_from(mark.l_pid).ok().filter(|holder| is_held && *holder > 0);
-        (asked != -1).then_some((is_held, holder))
+        let is_given_up = holder.is_some_and(|holder| self.given_up.contains(&holder));
+        (asked != -1).then_some(match is_given_up {
+            true => (false, None),
+            false => (is_held, holder),
+        })
     }
 
     /// Programs do not become others, and this process sees each end.

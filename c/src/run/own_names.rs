@@ -1,32 +1,45 @@
-//! A program's own functions with names of the C library's, such as `close`, are not called by the library in its place.
+//! A program's own functions with names of the C library's, such as `close`, are not called by libraries in its place.
 //!
 //! Loaders take the first definition of a name, and look in the program first. Only these names are hidden: a dynamic library
 //! of the program shares all others with it, such as variables.
 
 use std::collections::BTreeSet;
+use std::ffi::{c_void, CStr};
 use std::fs::{self, File};
 use std::io::{Seek, SeekFrom, Write};
-use std::mem::{offset_of, size_of};
+use std::mem::{self, offset_of, size_of};
 use std::path::{Path, PathBuf};
 
-use object::elf::{
-    FileHeader32, FileHeader64, Sym32, Sym64, STB_LOCAL, STT_FUNC, STT_NOTYPE, STV_HIDDEN,
-};
+use object::elf::{FileHeader32, FileHeader64, Sym32, Sym64, STB_LOCAL, STV_HIDDEN};
 use object::read::elf::{ElfFile, FileHeader, SectionHeader, Sym};
 use object::{Endianness, FileKind, ReadCache};
 
+use crate::libraries::functions_of;
+use crate::read;
 use crate::Sentence;
 
 /// All use the same of these.
-const ALLOCATORS: [&[u8]; 5] = [b"malloc", b"calloc", b"realloc", b"free", b"posix_memalign"];
+const ALLOCATORS: [&[u8]; 10] = [
+    b"malloc",
+    b"calloc",
+    b"realloc",
+    b"free",
+    b"posix_memalign",
+    b"memalign",
+    b"aligned_alloc",
+    b"valloc",
+    b"pvalloc",
+    b"malloc_usable_size",
+];
 
 /// A byte with a symbol's visibility, and what it has to be.
 type Byte = (u64, u8);
 
-/// Hides what these compiled files have of the names that the library needs from others. A file that is not in the build
-/// folder is left as it is: a copy takes its place.
-pub(crate) fn hide(objects: &mut [PathBuf], library: &Path, build: &Path) -> Result<(), Sentence> {
-    let mut names = Functions::of(library)?.needed;
+/// Hides what these compiled files have of the C library's names. A file that is not in the build folder is left as it is: a
+/// copy takes its place.
+pub(crate) fn hide(objects: &mut [PathBuf], build: &Path) -> Result<(), Sentence> {
+    let Some(library) = c_library() else { return Ok(()) };
+    let mut names = functions_of(&library)?;
     names.retain(|name| !ALLOCATORS.contains(&name.as_slice()));
     for (number, object) in objects.iter_mut().enumerate() {
         let bytes = visible(object, &names)?;
@@ -47,39 +60,16 @@ pub(crate) fn hide(objects: &mut [PathBuf], library: &Path, build: &Path) -> Res
     Ok(())
 }
 
-/// Functions of a dynamic library, by their names.
-pub(crate) struct Functions {
-    /// It has them.
-    pub(crate) own: BTreeSet<Vec<u8>>,
-    /// It needs them from others.
-    needed: BTreeSet<Vec<u8>>,
-}
-
-impl Functions {
-    pub(crate) fn of(library: &Path) -> Result<Self, Sentence> {
-        let parts = ReadCache::new(File::open(library)?);
-        let functions = match FileKind::parse(&parts) {
-            Ok(FileKind::Elf32) => Self::read::<FileHeader32<Endianness>>(&parts),
-            Ok(FileKind::Elf64) => Self::read::<FileHeader64<Endianness>>(&parts),
-            _ => Ok(Self { own: BTreeSet::new(), needed: BTreeSet::new() }),
-        };
-        functions.map_err(|error| format!("{} can't be read: {error}", library.display()).into())
+/// The file of the C library with which this program runs: those of programs have the same names.
+fn c_library() -> Option<PathBuf> {
+    // SAFETY: a pointer that may be null.
+    let mut info: libc::Dl_info = unsafe { mem::zeroed() };
+    // SAFETY: the place is this function's.
+    if unsafe { libc::dladdr(libc::close as *const c_void, &raw mut info) } == 0 {
+        return None;
     }
-
-    fn read<Elf: FileHeader<Endian = Endianness>>(parts: &ReadCache<File>) -> object::Result<Self> {
-        let file = ElfFile::<Elf, &ReadCache<File>>::parse(parts)?;
-        let (endian, table) = (file.endian(), file.elf_dynamic_symbol_table());
-        let functions = table.iter().filter(|symbol| {
-            symbol.st_bind() != STB_LOCAL && [STT_FUNC, STT_NOTYPE].contains(&symbol.st_type())
-        });
-        let (needed, own): (Vec<_>, Vec<_>) =
-            functions.partition(|symbol| symbol.is_undefined(endian));
-        let names = |symbols: Vec<&Elf::Sym>| {
-            let names = symbols.into_iter().map(|it| it.name(endian, table.strings()));
-            names.map(|name| name.map(<[u8]>::to_vec)).collect::<object::Result<_>>()
-        };
-        Ok(Self { own: names(own)?, needed: names(needed)? })
-    }
+    // SAFETY: the name of the file is there as long as the library.
+    read::path(unsafe { CStr::from_ptr(info.dli_fname) }.to_bytes())
 }
 
 /// Where a compiled file has these names, if others see them. It was read before, so one that can't be read has none.

@@ -11,6 +11,7 @@ use crate::inputs::{Inputs, Language, Source};
 use crate::language;
 use crate::link;
 use crate::options::Options;
+#[cfg(target_os = "linux")]
 use crate::own_names;
 use crate::sources::OwnFiles;
 use crate::symbols::{Entry, Found, ENDS};
@@ -62,10 +63,13 @@ fn build_with(cache: &Cache, options: &Options, build: &Path) -> Result<Program,
     if plan.begins_with(entry) {
         compiled = work::compile_all(&inputs.sources, 0, &compilers, &plan, cache)?;
     }
+    compiled.append(&mut inputs.objects);
+    #[cfg(target_os = "linux")]
+    own_names::hide(&mut compiled, build)?;
     let ours = Ours::of(entry, &inputs, &found);
     if let Some(ours) = &ours {
         let path = build.join(ours.name);
-        fs::write(&path, ours.text)?;
+        fs::write(&path, &ours.text)?;
         compilers.need(ours.language, options)?;
         let source = [Source { path, language: ours.language }];
         compiled.extend(work::compile_all(
@@ -80,10 +84,6 @@ fn build_with(cache: &Cache, options: &Options, build: &Path) -> Result<Program,
     fs::create_dir(&folder)?;
     let path = folder.join(&inputs.name).with_extension(env::consts::EXE_EXTENSION);
     let more = ours.map_or(Vec::new(), |ours| ours.link_options);
-    compiled.append(&mut inputs.objects);
-    if cfg!(target_os = "linux") {
-        own_names::hide(&mut compiled, &library, build)?;
-    }
     link::link(compilers.for_linking()?, &compiled, &more, &inputs, options, &library, &path)?;
     let kind = match plan.kind {
         Some(kind) => kind.to_string(),
@@ -114,7 +114,7 @@ fn own_files(
 /// A source of ours that belongs to a program.
 struct Ours {
     name: &'static str,
-    text: &'static str,
+    text: String,
     language: Language,
     link_options: Vec<String>,
 }
@@ -124,14 +124,14 @@ impl Ours {
         match entry {
             Entry::PrgTic => Some(Self {
                 name: "tx_main.c",
-                text: include_str!("../../lib/tx_main.c"),
+                text: include_str!("../../lib/tx_main.c").into(),
                 language: Language::C,
                 link_options: Vec::new(),
             }),
             // Other linkers have no such options.
             Entry::Main if cfg!(target_os = "linux") => Some(Self {
                 name: "end_first.c",
-                text: include_str!("../../lib/end_first.c"),
+                text: definitions(found) + include_str!("../../lib/end_first.c"),
                 // No second compiler is needed.
                 language: match inputs.sources.iter().all(|one| one.language == Language::C) {
                     true if !inputs.sources.is_empty() => Language::C,
@@ -146,4 +146,10 @@ impl Ours {
             Entry::Main => None,
         }
     }
+}
+
+/// Lines that tell `end_first.c` which ends are the program's own.
+fn definitions(found: &Found) -> String {
+    let own = found.own_ends.iter().map(|end| format!("#define FT_OWN_{}\n", end.to_uppercase()));
+    own.collect()
 }

@@ -793,7 +793,7 @@ fn a_function_of_a_library_that_the_own_library_replaces_is_told() {
     let mut command = tx_run(&["--world", "none", "main.c", "libstation.so"]);
     let ended = Run::start(command.current_dir(folder.path())).end();
     assert_eq!(ended.status, Some(2), "{ended:?}");
-    let told = format!("functions of {here}/libhelper.so are not called");
+    let told = format!("in place of functions of {here}/libhelper.so those of ftMscLib are called");
     assert!(ended.err.contains(&told) && ended.err.contains(": Sleep\n"), "{}", ended.err);
 }
 
