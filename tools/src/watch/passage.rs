@@ -230,6 +230,11 @@ impl Passage {
         stops?.silent_at(!self.down.ended)
     }
 
+    /// Whether the controller has ended it.
+    pub(super) fn is_left(&self) -> bool {
+        self.down.ended || self.controller_broke
+    }
+
     /// When something has passed last.
     pub(super) fn used(&self) -> Instant {
         self.up.used.max(self.down.used).map_or(self.begun, |used| used.max(self.begun))
@@ -264,7 +269,7 @@ impl Passage {
 
     /// Stops the controller that has ended the connection, or has not answered a farewell, if no program comes back.
     pub(super) fn halt_later(self) -> Option<Halt> {
-        let has_ended = self.down.ended || self.controller_broke;
+        let has_ended = self.is_left();
         let driven = self.driven.filter(|one| one.has_left_on() && !self.leaves_outputs)?;
         let gone = if has_ended || driven.drives() { Gone::Lost } else { Gone::Unanswered };
         Some(Halt::later(gone, self.number, driven))

@@ -94,6 +94,8 @@ struct Worker {
     poll: Poll,
     /// By number.
     passages: BTreeMap<u64, Passage>,
+    /// When the controller has last answered an exchange on a connection that is no more.
+    exchanged: Option<Instant>,
     /// Controllers that are being stopped.
     halts: Vec<Halt>,
     /// How many connections to a port there may be. A further one ends the one that was not used for the longest time.
@@ -135,6 +137,7 @@ impl Worker {
             leaves_outputs,
             poll,
             passages: BTreeMap::new(),
+            exchanged: None,
             halts: Vec::new(),
             most: open_files::for_programs(),
             held: Vec::new(),
@@ -351,7 +354,7 @@ impl Worker {
 
     /// Stops the controller of a program that has gone, unless it has served another one all the time.
     fn halt(&mut self, number: u64, gone: Gone) {
-        let Some(passage) = self.passages.remove(&number) else { return };
+        let Some(passage) = self.remove(number) else { return };
         let serves = |other: &Passage| other.is_served() && other.drives();
         if !passage.is_served() && self.passages.values().any(serves) {
             drop(passage);
@@ -365,9 +368,31 @@ impl Worker {
     fn halt_the_silent(&mut self) {
         let now = Instant::now();
         let is_silent = |one: &&Passage| one.silent_at().is_some_and(|at| at <= now);
-        let silent = self.passages.values().filter(is_silent).map(|one| one.number);
-        let silent: Vec<_> = silent.collect();
-        silent.into_iter().for_each(|number| self.halt(number, Gone::Silent));
+        let silent = self.passages.values().filter(is_silent);
+        let silent: Vec<_> = silent.map(|one| (one.number, self.is_succeeded(one))).collect();
+        for (number, is_succeeded) in silent {
+            if is_succeeded {
+                // Its end is not the end of the other program.
+                drop(self.remove(number));
+                self.report(Line::Main, number, What::Closed);
+            } else {
+                self.halt(number, Gone::Silent);
+            }
+        }
+    }
+
+    /// Whether the controller has ended this connection, and answered exchanges on another one since: the outputs are
+    /// those of that program.
+    fn is_succeeded(&self, one: &Passage) -> bool {
+        let others = self.passages.values().filter(|other| other.number != one.number);
+        let exchanged = others.filter_map(Passage::exchanged).chain(self.exchanged).max();
+        one.is_left() && exchanged.is_some_and(|at| at > one.exchanged().unwrap_or(one.begun))
+    }
+
+    fn remove(&mut self, number: u64) -> Option<Passage> {
+        let passage = self.passages.remove(&number)?;
+        self.exchanged = self.exchanged.max(passage.exchanged());
+        Some(passage)
     }
 
     /// Goes on to stop controllers whose program has gone. Afterwards others are let in.
@@ -413,7 +438,7 @@ impl Worker {
                 self.passages.values().filter(looks).map(|one| one.number).collect();
             for number in numbers {
                 // What it has left is stopped with the rest.
-                self.passages.remove(&number);
+                drop(self.remove(number));
                 self.report(Line::Main, number, What::Closed);
             }
             self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::go_on_at_once);
@@ -498,7 +523,7 @@ impl Worker {
     }
 
     fn close(&mut self, number: u64) {
-        if let Some(passage) = self.passages.remove(&number) {
+        if let Some(passage) = self.remove(number) {
             let line = passage.line;
             // Its sockets are closed before that is reported.
             let halt = passage.halt_later();

@@ -4,6 +4,7 @@
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::process::Stdio;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
@@ -317,6 +318,45 @@ fn a_farewell_that_the_controller_does_not_answer_is_none() {
     assert_eq!(last(&duties), [M1]);
     assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
     assert_eq!(last(&duties), [[0; 8]]);
+}
+
+/// Its program has come back on another one meanwhile, and has left this one open.
+#[test]
+fn a_connection_that_the_controller_has_ended_stops_nothing_that_another_one_drives() {
+    let close = Fault::at_exchange(5, FaultKind::Close { after: 0 });
+    let (txt, duties) = logged(SimulatedTxt::builder().fault(close));
+    let watch = Watch::with_lines(txt.address());
+    let mut exchange = Vec::new();
+    ExchangeData { duty: M1, ..ExchangeData::default() }.emit(&mut exchange);
+    let goes_on = |program: &mut KitClient| {
+        program.stream.write_all(&exchange).and_then(|()| program.stream.read_exact(&mut [0; 80]))
+    };
+    let mut first = program(&watch);
+    while goes_on(&mut first).is_ok() {}
+    let mut second = program(&watch);
+    let is_over = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !is_over.load(Ordering::Relaxed) {
+                goes_on(&mut second).unwrap();
+            }
+        });
+        watch.line_where(closed);
+        is_over.store(true, Ordering::Relaxed);
+    });
+    second.end();
+    // A stop that waits for its turn would have it now.
+    let mut third = program(&watch);
+    third.exchange(M1);
+    third.end();
+    let mut ends = 0;
+    watch.line_where(|line| {
+        assert_ne!(line["what"], "outputs_off");
+        ends += usize::from(closed(line));
+        ends == 2
+    });
+    assert_eq!(last(&duties), [M1]);
+    drop(first);
 }
 
 /// The connection that drove was closed with a motor on; the stop passes on another one.
