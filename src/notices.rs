@@ -15,6 +15,8 @@ use parking_lot::{Condvar, Mutex};
 
 /// So many lines can wait for a logger that blocks. More are counted.
 const MOST: usize = 256;
+/// How long a line may be, in bytes. A program may give a thread any name.
+const LONGEST: usize = 4096;
 
 static QUEUE: Mutex<Queue> =
     Mutex::new(Queue { lines: VecDeque::new(), lost: 0, is_written: false });
@@ -66,6 +68,10 @@ pub fn flush(limit: Duration) {
 }
 
 fn push(mut line: Line) {
+    let is_end = |end: &usize| line.text.is_char_boundary(*end);
+    let end = (0..=line.text.len().min(LONGEST)).rev().find(is_end);
+    line.text.truncate(end.unwrap_or(0));
+    line.text.shrink_to_fit();
     let mut queue = QUEUE.lock();
     if queue.lines.len() >= MOST {
         queue.lost += 1;

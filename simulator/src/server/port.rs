@@ -340,7 +340,9 @@ impl End {
             Self::Idle => notice!(Warn, "{client} is cut off: it sent no command"),
             Self::Unread => notice!(Warn, "{client} is cut off: it reads no responses"),
             Self::Misbehaved(what) => notice!(Warn, "{client} is cut off: {what}"),
-            Self::EndsProgram(why) => notice!(Warn, "the controller's program ends: {why}"),
+            Self::EndsProgram(why) => {
+                notice!(Warn, "{client} ends the controller's program: {why}")
+            }
             Self::Closed(reason) => notice!(Info, "the connection of {client} is closed: {reason}"),
             Self::Broken(error) => notice!(Info, "the connection of {client} broke: {error}"),
         }

@@ -114,6 +114,7 @@ impl Feed {
     /// Records what has happened to a transfer. It has room of its own; of what has none the newest comes when there is
     /// some.
     pub fn transfer(&mut self, at: Instant, what: Transfer) {
+        let what = what.cut();
         if !(self.repeat_missed() && self.put(Fed::Transfer { at, what: what.clone() })) {
             self.lose();
             self.missed.note(at, &what);

@@ -55,7 +55,10 @@ pub(crate) struct CycleMessage {
     pub(crate) lost: u64,
 }
 
-/// What has happened to a transfer.
+/// How long each text of a [`Transfer`] may be, in bytes.
+pub(crate) const LONGEST_TEXT: usize = 1024;
+
+/// What has happened to a transfer. Texts are recorded up to 1 KiB each.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(tag = "what", rename_all = "snake_case")]
 #[non_exhaustive]
@@ -104,6 +107,30 @@ pub enum Transfer {
     Ended,
     /// It was ended by an error.
     EndedBy(Failure),
+}
+
+impl Transfer {
+    fn texts(&mut self) -> Vec<&mut String> {
+        match self {
+            Self::Began { device_name, firmware, address, .. }
+            | Self::Restored { device_name, firmware, address, .. } => {
+                vec![device_name, firmware, address]
+            }
+            Self::Failed(why) | Self::Lost(why) | Self::EndedBy(why) => vec![&mut why.error],
+            Self::WatchdogExpired { .. } | Self::NotRecorded { .. } | Self::Ended => Vec::new(),
+        }
+    }
+
+    /// With the beginnings of texts that are too long.
+    pub(crate) fn cut(mut self) -> Self {
+        for text in self.texts() {
+            let is_end = |end: &usize| text.is_char_boundary(*end);
+            let end = (0..=text.len().min(LONGEST_TEXT)).rev().find(is_end);
+            text.truncate(end.unwrap_or(0));
+            text.shrink_to_fit();
+        }
+        self
+    }
 }
 
 /// With its port, unless that is the usual one.

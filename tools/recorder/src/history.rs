@@ -177,7 +177,7 @@ impl History {
 
     /// Takes in what has happened to a transfer.
     pub fn transfer(&mut self, at: Instant, what: Transfer) {
-        self.keep(at, 0, What::Transfer(what));
+        self.keep(at, 0, What::Transfer(what.cut()));
     }
 
     fn event(&mut self, reported: &TimedEvent) {

@@ -42,8 +42,6 @@ pub(crate) struct Machine<'a> {
     told_lost: u64,
     /// Motors whose counters have counted. Of others an unchanged counter says nothing: they have no encoder.
     have_turned: [[bool; IZ_MOTOR]; MAX_AREAS],
-    /// The name of the controller that has them.
-    turned_at: Option<String>,
 }
 
 /// A handler for the bridge. Nothing is connected yet.
@@ -90,7 +88,6 @@ impl<'a> Machine<'a> {
             lost: 0,
             told_lost: 0,
             have_turned: Default::default(),
-            turned_at: None,
         })
     }
 
@@ -183,11 +180,8 @@ impl<'a> Machine<'a> {
         if !self.relay.is(Stage::Online) {
             let firmware = self.handler.version().map(|version| version.to_string());
             let name = self.handler.device_name();
-            if self.turned_at != name {
-                // What is known is of another controller.
-                self.have_turned = Default::default();
-                self.turned_at.clone_from(&name);
-            }
+            // It may be another controller, also of the same name.
+            self.have_turned = Default::default();
             self.relay.online(name, firmware);
         }
         for (turned, area) in self.have_turned.iter_mut().zip(areas) {

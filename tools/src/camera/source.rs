@@ -56,6 +56,14 @@ impl Source {
         }
     }
 
+    /// Whose camera it is.
+    pub(super) fn title(&self) -> String {
+        let name = self.handler.device_name();
+        let address = self.handler.address().map(|address| address.to_string());
+        let parts: Vec<String> = [name, address].into_iter().flatten().collect();
+        format!("{}: camera", parts.join(" at "))
+    }
+
     /// How many pictures were lost because they were not taken in time.
     pub(super) fn dropped(&self) -> u64 {
         self.handler.camera_statistics().dropped

@@ -31,9 +31,10 @@ impl Page {
         Ok(Self { site: Site::listen(SocketAddr::from((Ipv4Addr::LOCALHOST, port)))?, size })
     }
 
-    fn router(&self, newest: watch::Receiver<Arc<[u8]>>) -> Router {
+    fn router(&self, title: &str, newest: watch::Receiver<Arc<[u8]>>) -> Router {
         let (width, height) = self.size;
         let page = include_str!("watch.html")
+            .replace("{title}", &web::escaped(title))
             .replace("{token}", self.site.access.token())
             .replace("{width}", &width.to_string())
             .replace("{height}", &height.to_string());
@@ -57,7 +58,7 @@ pub(super) fn watch(
     interrupted: &Receiver<()>,
 ) -> anyhow::Result<()> {
     let (sender, newest) = watch::channel(Arc::from([]));
-    let router = page.router(newest);
+    let router = page.router(&source.title(), newest);
     let url = page.site.url(page.site.address.ip());
     print::line(&url)?;
     let _opening = page.site.serve(router, open.then_some(url))?;

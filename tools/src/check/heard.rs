@@ -46,9 +46,10 @@ impl Heard {
     }
 
     /// What the last error that is known here means, and what may help.
-    pub(super) fn advice(&self) -> Option<Words> {
+    /// One that was online has connected to the right address.
+    pub(super) fn advice(&self, was_online: bool) -> Option<Words> {
         let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        advice(&String::from_utf8_lossy(&kept))
+        advice(&String::from_utf8_lossy(&kept), was_online)
     }
 
     /// Whether the library has warned that a guard is held for long.
@@ -73,6 +74,9 @@ pub(super) const GUARD: Words = Words::fixed(
      Eingänge nicht, und nichts wird gesendet. Rufe wait_cycle in der Schleife auf, dann hat jede Runde einen neuen \
      Guard.",
 );
+
+/// Those of the address to which a program connects.
+const OF_ADDRESS: [&str; 2] = ["gaierror", "ConnectionRefusedError"];
 
 /// Parts of messages, and what they mean: `@` is the terminal that a message names right before its part. The one that was
 /// said last counts: a program may go on after an error.
@@ -203,10 +207,12 @@ const MEANINGS: &[(&str, Words)] = &[
     ),
 ];
 
-fn advice(text: &str) -> Option<Words> {
+fn advice(text: &str, was_online: bool) -> Option<Words> {
     // A message for a person may be broken into lines.
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let said = MEANINGS.iter().filter_map(|(part, words)| Some((text.rfind(part)?, words)));
+    let is_meant = |part: &&str| !(was_online && OF_ADDRESS.contains(part));
+    let said = MEANINGS.iter().filter(|(part, _)| is_meant(part));
+    let said = said.filter_map(|(part, words)| Some((text.rfind(part)?, words)));
     let (place, words) = said.max_by_key(|(place, _)| *place)?;
     let terminal =
         text[..place].trim_end_matches([' ', ',']).rsplit(' ').next().unwrap_or_default();
@@ -235,12 +241,12 @@ mod tests {
             (Error::WatchdogExpired { limit: Duration::from_secs(2) }, "Watchdog"),
             (Error::NotStarted, "begin_transfer"),
         ] {
-            let meaning = advice(&format!("Error: {error:?}\n")).unwrap();
+            let meaning = advice(&format!("Error: {error:?}\n"), true).unwrap();
             assert!(meaning.text(Language::De).contains(part), "{error}: {meaning:?}");
         }
-        assert!(advice("Error: out of coffee").is_none());
+        assert!(advice("Error: out of coffee", false).is_none());
         let todo = "thread 'main' panicked at src/main.rs:9:5:\nnot yet implemented\n";
-        assert!(advice(todo).unwrap().text(Language::De).contains("todo!()"));
+        assert!(advice(todo, true).unwrap().text(Language::De).contains("todo!()"));
     }
 
     #[test]
@@ -251,7 +257,7 @@ mod tests {
             [(half, "set_ft_motor_config(M2, false)"), (digital, "set_ft_uni_config(I2, ")]
         {
             for said in [format!("Error: {error:?}\n"), format!("{error}")] {
-                let meaning = advice(&said).unwrap();
+                let meaning = advice(&said, false).unwrap();
                 assert!(meaning.text(Language::En).contains(code), "{said}: {meaning:?}");
                 assert!(meaning.text(Language::De).contains(code), "{said}: {meaning:?}");
             }
@@ -264,10 +270,10 @@ mod tests {
         let said = format!(
             "goes on after: {waited}\nthread 'main' panicked at src/main.rs:9:5:\nno more coffee\n"
         );
-        let meaning = advice(&said).unwrap();
+        let meaning = advice(&said, false).unwrap();
         assert!(meaning.text(Language::En).contains("at which it panicked"), "{meaning:?}");
         let said = format!("thread 'main' panicked at src/main.rs:9:5:\ncalled unwrap: {waited}\n");
-        let meaning = advice(&said).unwrap();
+        let meaning = advice(&said, false).unwrap();
         assert!(meaning.text(Language::En).contains("did not happen in time"), "{meaning:?}");
     }
 

@@ -122,7 +122,7 @@ impl<'a> Stage<'a> {
         let Driver::Own { heard, .. } = &self.driver else { return wrong };
         if wrong.is_an_error() {
             heard.wait();
-            return match heard.advice() {
+            return match heard.advice(self.exchanges() > 0) {
                 Some(advice) => wrong.advise(advice),
                 None => wrong,
             };

@@ -1,6 +1,6 @@
 //! The file of a class: who is in it, what each has, and the tokens and ports that make the links stay.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write as _};
@@ -128,14 +128,19 @@ impl Class {
         let all: Vec<_> = self.pupils.iter().map(|it| cut(&it.name, DEVICE_NAME_BYTES)).collect();
         let mut count = HashMap::<_, usize>::new();
         all.iter().for_each(|name| *count.entry(name).or_default() += 1);
-        let numbered = all.iter().zip(&self.pupils).map(|(name, pupil)| match count[name] {
+        // Those that are alone first: no number makes another one of them.
+        let mut taken: HashSet<_> = all.iter().filter(|name| count[name] == 1).cloned().collect();
+        let names = all.iter().map(|name| match count[name] {
             1 => name.clone(),
             _ => {
-                let number = format!(" {}", pupil.place);
-                cut(name, DEVICE_NAME_BYTES - number.len()) + &number
+                let number = |number: usize| format!(" {number}");
+                let numbered =
+                    (1..).map(|it| cut(name, DEVICE_NAME_BYTES - number(it).len()) + &number(it));
+                let mut free = numbered.skip_while(|name| !taken.insert(name.clone()));
+                free.next().unwrap_or_default()
             }
         });
-        numbered.collect()
+        names.collect()
     }
 
     /// Writes what links need into the file: its own comments and everything else stay.
@@ -216,7 +221,7 @@ impl Pupil {
     /// The next place is for a pupil who has none yet.
     fn read(written: WrittenPupil, next: &mut u16) -> anyhow::Result<Self> {
         let WrittenPupil { name, world, lesson, token: given, place } = written;
-        let is_name = !name.trim().is_empty() && name.chars().count() <= NAME_MAX;
+        let is_name = !as_seen(&name).is_empty() && name.chars().count() <= NAME_MAX;
         ensure!(
             is_name && !name.contains(char::is_control),
             "{name:?} is no name: it has 1 to {NAME_MAX} letters"
@@ -238,8 +243,8 @@ impl Pupil {
 
 /// A name as a page shows it: without spaces at its ends, and without what takes no room.
 fn as_seen(name: &str) -> String {
-    let takes_room = |c: &char| !matches!(c, '\u{AD}' | '\u{200B}'..='\u{200F}' | '\u{2060}'..='\u{2064}' | '\u{FEFF}');
-    let shown: String = name.nfkc().filter(takes_room).collect();
+    let takes_room = |c: &char| !matches!(c, '\u{AD}' | '\u{180E}' | '\u{200B}'..='\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2060}'..='\u{206F}' | '\u{FE00}'..='\u{FE0F}' | '\u{FEFF}');
+    let shown: String = name.nfc().filter(takes_room).collect();
     shown.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -417,7 +422,7 @@ mod tests {
         let names = ["Maximilian Mustermann", "Zoë", "Maximilian Musterfrau"];
         let text = names.map(|name| format!("[[pupils]]\nname = {name:?}\n")).concat();
         let devices = Class::from_text(&text).unwrap().device_names();
-        assert_eq!(devices, ["Maximilian Mus 1", "Zoë", "Maximilian Mus 3"]);
+        assert_eq!(devices, ["Maximilian Mus 1", "Zoë", "Maximilian Mus 2"]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::web::qr;
+use crate::web::{escaped, qr};
 
 /// What one pupil gets.
 pub(super) struct Part<'a> {
@@ -50,11 +50,6 @@ fn in_lines(link: &str) -> String {
     let name = if token.is_empty() { "" } else { "<wbr>token=" };
     format!("{}{name}<wbr>{}<wbr>{}", escaped(place), escaped(first), escaped(second))
         .replace("/lesson?", "/<wbr>lesson?")
-}
-
-/// A text as HTML.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

@@ -62,7 +62,9 @@ pub(crate) struct Watched {
     forgotten: u64,
     histogram: Histogram,
     answers: Answers,
-    /// Since the program went online.
+    /// How many programs have gone online.
+    online: u64,
+    /// Since the last one of them did.
     commands: u64,
     i2c: Option<I2cExchange>,
 }
@@ -106,6 +108,7 @@ impl Watched {
             forgotten: 0,
             histogram: Histogram::default(),
             answers: Answers::default(),
+            online: 0,
             commands: 0,
             i2c: None,
         };
@@ -158,6 +161,7 @@ impl Watched {
                 self.controller = self.said.of(seen.connection);
                 (self.error, self.unclear, self.beside) = (None, None, None);
                 self.forget();
+                self.online += 1;
                 // StartOnline.
                 self.commands = 1;
             }
@@ -273,7 +277,8 @@ impl Watched {
         });
         let (answer, commands, shut) = (self.answers.state(), self.commands, self.gate.is_shut());
         let beside = self.beside.as_ref().map(|beside| &beside.error);
-        let watched = WatchedState { answer, commands, i2c, shut, beside };
+        let programs = self.online;
+        let watched = WatchedState { programs, answer, commands, i2c, shut, beside };
         let (name, firmware) = self.controller.clone().unzip();
         let areas = match &self.areas[..] {
             [] => state::areas(&[unknown_area()], false),

@@ -41,20 +41,19 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
 
 /// Shows what can be read of a recording in parts.
 fn show_all(files: &[PathBuf], json: bool) -> anyhow::Result<()> {
-    let (mut unread, mut parts) = (0, Vec::new());
-    for part in files.iter().map(|file| Part::of(file)) {
+    let mut unread = 0;
+    // A long recording takes its time: each part is shown as soon as it is read, and kept no longer.
+    for (number, part) in (1..).zip(files.iter().map(|file| Part::of(file))) {
         unread += usize::from(part.error.is_some());
         if json {
-            parts.push(part);
+            let begin = if number == 1 { "[\n" } else { "" };
+            let end = if number == files.len() { "\n]" } else { "," };
+            print::line(format_args!("{begin}{}{end}", print::json(&part)?))?;
             continue;
         }
-        // A long recording takes its time: each part is shown as soon as it is read.
         let Part { file, survey, error } = part;
         let what = survey.as_ref().map(text).or(error).unwrap_or_default();
         print::line(format_args!("{:12} {file}\n{}\n", "file", what.trim_end()))?;
-    }
-    if json {
-        print::line(print::json(&parts)?)?;
     }
     ensure!(unread == 0, "{unread} of {} parts can't be read", files.len());
     Ok(())

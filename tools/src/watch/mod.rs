@@ -371,10 +371,10 @@ impl Notes {
         self.followed.take(seen);
         let is_other = seen.line == Line::Main && self.followed.is_other(seen);
         // The page shows nothing of it.
-        let whose = if is_other {
-            format!("another connection ({}): ", seen.connection)
-        } else {
-            String::new()
+        let whose = match seen.line {
+            Line::Main if is_other => format!("another connection ({}): ", seen.connection),
+            Line::Main => String::new(),
+            Line::Camera | Line::I2c => format!("connection {}: ", seen.connection),
         };
         // Lines with the same words would be told once a minute, and each of these is about motors.
         let motors_of = || match is_other {

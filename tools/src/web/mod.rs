@@ -125,6 +125,11 @@ fn refused(address: SocketAddr, error: &io::Error) -> anyhow::Error {
     }
 }
 
+/// A text as HTML.
+pub(crate) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
 /// Tells the browser to keep nothing, to pass the token on to nobody, and to show the page in no other one.
 pub(crate) fn protect(headers: &mut HeaderMap) {
     for (name, value) in [

@@ -5,7 +5,7 @@ use std::time::Instant;
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::{FishX1Transfer, LoggedCycle, Statistics};
 
-use crate::format::{RecordedEvent, Transfer};
+use crate::format::{RecordedEvent, Transfer, LONGEST_TEXT};
 use crate::part::PARTS;
 use crate::under_way::UnderWay;
 
@@ -49,11 +49,9 @@ impl Kept {
     pub(super) fn bytes(&self) -> usize {
         let more = match &self.what {
             What::Cycle(cycle) => size_of_val(&*cycle.parts) + size_of_val(&*cycle.numbers),
-            What::Transfer(
-                Transfer::Failed(why) | Transfer::Lost(why) | Transfer::EndedBy(why),
-            ) => why.error.len(),
-            // Names.
-            What::Transfer(_) | What::Event(_) => 256,
+            // Names, or an error.
+            What::Transfer(_) => 3 * LONGEST_TEXT,
+            What::Event(_) => 256,
         };
         // With what the pointers to it and the memory management take.
         size_of::<Self>() + more + 64

@@ -48,8 +48,8 @@ class Host {
     });
     this.plotted?.push(state);
     this.cycle = smoothed(this.cycle, state.link);
-    // The next program that is watched has counts of its own, and no error yet.
-    if (state.watched?.commands < this.state?.watched?.commands) this.lastError = null;
+    // The next program that is watched has no error yet.
+    if (state.watched?.programs !== this.state?.watched?.programs) this.lastError = null;
     this.lastError = state.link.error ?? this.lastError;
     this.state = state;
   }

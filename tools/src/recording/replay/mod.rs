@@ -159,13 +159,13 @@ fn serve(
         // The next one may have begun again before this was looked at.
         let has_played_all = left.iter().any(|(_, run)| run.at_end);
         differs |= left.iter().any(|(_, run)| run.differs);
+        let is_over = has_left && run.at_end && run.back_at.is_none_or(|at| at <= Instant::now());
+        if once && (has_played_all || is_over) {
+            return !differs && (has_played_all || !run.differs);
+        }
         if run.back_at.is_some_and(|back_at| back_at <= Instant::now()) {
             txt.with_machine(|machine| machine.set_absent(false));
             lock(player).is_back();
-        }
-        let is_over = has_left && run.at_end && run.back_at.is_none();
-        if once && (has_played_all || is_over) {
-            return !differs && (has_played_all || !run.differs);
         }
         match interrupted.recv_timeout(LOOK) {
             Err(RecvTimeoutError::Timeout) if !printer.is_over() => {}
