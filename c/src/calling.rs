@@ -121,7 +121,7 @@ mod unix {
     }
 }
 
-/// Elsewhere exceptions are not caught by threads of Rust, and Miri has no others.
+/// Other systems have no such threads, nor has Miri.
 #[cfg(any(not(unix), miri))]
 mod others {
     use std::io;

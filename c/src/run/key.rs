@@ -38,6 +38,10 @@ const OPTIONS: [&str; 15] = [
     "-fno-rtti",
     "-fno-strict-aliasing",
 ];
+/// What pragmas of gcc and clang are about that mean the same in the preprocessor's text.
+const OF_COMPILERS: [&str; 4] = ["diagnostic", "visibility", "system_header", "poison"];
+/// What tells a program the place in its source, where the text has other places.
+const PLACES: [&str; 3] = ["__builtin_COLUMN", "__builtin_LINE", "__builtin_source_location"];
 /// Variables that bring something else into the compiler.
 const INSERTS: [&str; 4] =
     ["LD_PRELOAD", "LD_AUDIT", "DYLD_INSERT_LIBRARIES", "CCC_OVERRIDE_OPTIONS"];
@@ -180,11 +184,13 @@ fn changed(file: &fs::Metadata) -> Option<String> {
     Some(format!("{} {modified:?} {more:?}", file.len()))
 }
 
-/// The key of what is compiled from this text, and what else distinguishes it from others. `None` when the compiler
-/// reads a precompiled header for it, or other parts of the source than the preprocessor alone.
+/// The key of what is compiled from this text, and what else distinguishes it from others. `None` when the text may mean
+/// something else than the source, or the compiler reads a precompiled header for it.
 pub(crate) fn of(text: &[u8], others: &[&[u8]]) -> Option<Key> {
     let lossy = String::from_utf8_lossy(text);
-    if lossy.contains("pch_preprocess") || lossy.lines().any(changes_options) {
+    let knows_place = PLACES.iter().any(|place| lossy.contains(place));
+    let mut pragmas = lossy.lines().filter_map(|line| line.trim_start().strip_prefix("#pragma"));
+    if knows_place || !pragmas.all(is_plain_pragma) {
         return None;
     }
     let mut hasher = XxHash3_128::new();
@@ -195,14 +201,20 @@ pub(crate) fn of(text: &[u8], others: &[&[u8]]) -> Option<Key> {
     Some(Key(hasher.finish_128()))
 }
 
-/// Whether this line of a preprocessed text changes options of gcc. Macros such as `__AVX2__` depend on them, but up to
-/// gcc 12 only where it compiles.
-fn changes_options(line: &str) -> bool {
-    const CHANGES: [&str; 5] =
-        ["target", "optimize", "push_options", "pop_options", "reset_options"];
-    let mut words = line.split_ascii_whitespace();
-    (words.next(), words.next()) == (Some("#pragma"), Some("GCC"))
-        && words.next().is_some_and(|word| CHANGES.iter().any(|change| word.starts_with(change)))
+/// Whether what follows `#pragma` means the same in a text and in its source. clang leaves names of macros in it, which
+/// have no meaning in the text; others change options of gcc, on which macros such as `__AVX2__` depend, but up to gcc 12
+/// only where it compiles.
+fn is_plain_pragma(rest: &str) -> bool {
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let mut words = rest.split(|c| !is_word(c)).filter(|word| !word.is_empty());
+    match words.next() {
+        Some("once" | "STDC" | "warning" | "comment" | "region" | "endregion") => true,
+        Some("GCC" | "clang") => words.next().is_some_and(|word| OF_COMPILERS.contains(&word)),
+        Some("pack") => {
+            words.all(|word| ["push", "pop"].contains(&word) || word.parse::<u8>().is_ok())
+        }
+        _ => false,
+    }
 }
 
 /// A text with a fixed name for the build folder, which has another one each time.
@@ -372,12 +384,21 @@ mod tests {
         ] {
             assert_ne!(Some(key), of(text, other, "/x"));
         }
-        for pragma in
-            ["pch_preprocess \"h.h.gch\"", "target(\"avx2\")", "optimize \"O2\"", "pop_options"]
-        {
-            assert_eq!(of(&format!("int a;\n#pragma GCC {pragma}\n"), "", "/x"), None, "{pragma}");
+        for pragma in [
+            "GCC pch_preprocess \"h.h.gch\"",
+            "GCC target(\"avx2\")",
+            "GCC optimize \"O2\"",
+            "GCC pop_options",
+            "pack(SIZE)",
+            "pack ( push, SIZE )",
+            "weak HOOK",
+        ] {
+            assert_eq!(of(&format!("int a;\n#pragma {pragma}\n"), "", "/x"), None, "{pragma}");
         }
-        assert!(of("#pragma GCC visibility push(default)\n#pragma once\n", "", "/x").is_some());
+        let plain = "#pragma GCC visibility push(default)\n#pragma once\n#pragma pack(push, 1)\n#pragma pack()\n\
+            #pragma warning(disable: 4996)\n #pragma clang diagnostic ignored \"-Wall\"\n";
+        assert!(of(plain, "", "/x").is_some());
+        assert_eq!(of("int a = __builtin_LINE();\n", "", "/x"), None);
     }
 
     #[test]

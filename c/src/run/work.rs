@@ -163,6 +163,10 @@ impl Unit<'_> {
             true => self.messages(object)?,
             false => Vec::new(),
         };
+        if messages.is_empty() && !compiled.stderr.is_empty() {
+            // The text may mean something else.
+            return self.compile_to_object(object);
+        }
         let is_all = read::file(&assembler).is_ok_and(|text| !key::reads_files(&text));
         if is_all && self.compiler.is_the_same()? {
             self.cache.add(text.key, object, &messages);

@@ -63,6 +63,15 @@ const CASES: &[Case] = &[
         is_kept: false,
     },
     Case {
+        name: "a macro in a pragma, which is not in the text of clang",
+        source: "#include \"h.h\"\n#pragma pack(push, V)\nstruct Packed { char one; int other; };\n#pragma pack(pop)\n\
+            int main(void) { return sizeof(struct Packed) - 4; }\n",
+        before: &[("h.h", ONE)],
+        after: &[("h.h", TWO)],
+        line: &["CC=clang"],
+        is_kept: false,
+    },
+    Case {
         name: "what is in a file of options",
         source: BY_DEFINITION,
         before: &[("options", "-DV=1")],
