@@ -949,9 +949,12 @@ mod tests {
             word = word.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             char::from(b'a' + ((word >> 16) % 26) as u8)
         };
-        let error = (0..200_000).map(|_| letter()).collect();
-        let failure = crate::Failure { kind: crate::FailureKind::Other, error };
-        feed.transfer(Instant::now(), Transfer::Failed(failure));
+        for _ in 0..2000 {
+            let error = (0..1000).map(|_| letter()).collect();
+            let failure = crate::Failure { kind: crate::FailureKind::Other, error };
+            feed.transfer(Instant::now(), Transfer::Failed(failure));
+            std::thread::sleep(Duration::from_millis(1));
+        }
         let mut cycle = |number| feed.cycle(LoggedCycle::new(number, &[FishX1Transfer::default()]));
         cycle(1);
         let begin = Instant::now();
@@ -968,8 +971,8 @@ mod tests {
         let reads = std::thread::spawn(move || io::copy(&mut reader, &mut io::sink()).unwrap());
         assert_eq!(recorder.path(), pipe);
         let (totals, newest) = recorder.finish_with_newest().unwrap();
-        assert_eq!((totals.cycles + totals.lost, newest), (20, pipe));
-        assert!(totals.lost > 0, "the last ones, too: {totals:?}");
+        assert_eq!(newest, pipe);
+        assert!(totals.cycles < 20 && totals.cycles + totals.lost >= 20, "{totals:?}");
         reads.join().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"the old one");
     }

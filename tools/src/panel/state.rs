@@ -107,8 +107,6 @@ struct MotorState {
 /// What a page shows only of a controller that is watched.
 #[derive(Serialize)]
 pub(super) struct WatchedState<'a> {
-    /// How many have gone online.
-    pub(super) programs: u64,
     /// `None` before the first.
     pub(super) answer: Option<AnswerState>,
     /// Commands that were not an exchange.

@@ -62,9 +62,7 @@ pub(crate) struct Watched {
     forgotten: u64,
     histogram: Histogram,
     answers: Answers,
-    /// How many programs have gone online.
-    online: u64,
-    /// Since the last one of them did.
+    /// Since the program went online.
     commands: u64,
     i2c: Option<I2cExchange>,
 }
@@ -108,7 +106,6 @@ impl Watched {
             forgotten: 0,
             histogram: Histogram::default(),
             answers: Answers::default(),
-            online: 0,
             commands: 0,
             i2c: None,
         };
@@ -161,7 +158,6 @@ impl Watched {
                 self.controller = self.said.of(seen.connection);
                 (self.error, self.unclear, self.beside) = (None, None, None);
                 self.forget();
-                self.online += 1;
                 // StartOnline.
                 self.commands = 1;
             }
@@ -277,8 +273,7 @@ impl Watched {
         });
         let (answer, commands, shut) = (self.answers.state(), self.commands, self.gate.is_shut());
         let beside = self.beside.as_ref().map(|beside| &beside.error);
-        let programs = self.online;
-        let watched = WatchedState { programs, answer, commands, i2c, shut, beside };
+        let watched = WatchedState { answer, commands, i2c, shut, beside };
         let (name, firmware) = self.controller.clone().unzip();
         let areas = match &self.areas[..] {
             [] => state::areas(&[unknown_area()], false),

@@ -48,9 +48,8 @@ class Host {
     });
     this.plotted?.push(state);
     this.cycle = smoothed(this.cycle, state.link);
-    // The next program that is watched has no error yet.
-    if (state.watched?.programs !== this.state?.watched?.programs) this.lastError = null;
-    this.lastError = state.link.error ?? this.lastError;
+    // That of a watched program is in each state.
+    this.lastError = state.link.error ?? (state.watched ? null : this.lastError);
     this.state = state;
   }
 
