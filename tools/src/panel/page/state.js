@@ -48,8 +48,8 @@ class Host {
     });
     this.plotted?.push(state);
     this.cycle = smoothed(this.cycle, state.link);
-    // That of a watched program is in each state.
-    this.lastError = state.link.error ?? (state.watched ? null : this.lastError);
+    // That of a program that is watched is told until the next one is online.
+    if (state.link.error || state.watched) this.lastError = state.link.error;
     this.state = state;
   }
 
@@ -61,7 +61,7 @@ class Host {
 
   /** What is wrong now. What is told of a connection that need not be the program's gives way to what is told of the program. */
   get error() {
-    return this.state?.link.error ?? this.state?.watched?.beside ?? null;
+    return this.state?.link.error ?? this.state?.watched?.beside;
   }
 
   /** The host's name for people. */
