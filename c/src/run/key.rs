@@ -217,6 +217,13 @@ fn is_plain_pragma(rest: &str) -> bool {
     }
 }
 
+/// Whether a program itself asks for warnings in this text.
+pub(crate) fn asks_for_warnings(text: &[u8]) -> bool {
+    let asks = ["diagnostic warning", "diagnostic error"];
+    let text = String::from_utf8_lossy(text);
+    text.lines().any(|line| line.contains("#pragma") && asks.iter().any(|it| line.contains(it)))
+}
+
 /// A text with a fixed name for the build folder, which has another one each time.
 pub(crate) fn with_fixed_name(text: &[u8], build: &Path) -> Vec<u8> {
     let build = build.to_string_lossy();

@@ -158,8 +158,8 @@ impl Unit<'_> {
         if !compiled.status.success() || !signals::output_of(&mut command)?.status.success() {
             return self.compile_to_object(object);
         }
-        let has_messages = text.has_messages || !compiled.stderr.is_empty();
-        let messages = match has_messages || self.compiler.warns_of_source() {
+        let may_warn = self.compiler.warns_of_source() || key::asks_for_warnings(&text.text);
+        let messages = match may_warn || text.has_messages || !compiled.stderr.is_empty() {
             true => self.messages(object)?,
             false => Vec::new(),
         };

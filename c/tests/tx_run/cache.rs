@@ -558,6 +558,12 @@ fn warnings_are_those_of_the_source() {
             "a.c:2:5: ",
         ),
         (
+            "#pragma GCC diagnostic warning \"-Wmisleading-indentation\"\n\
+             int main(void) {\n    if (0)\n        return 1;\n        return 0;\n}\n",
+            "",
+            "a.c:3:5: ",
+        ),
+        (
             "#include <stddef.h>\nint main(int n, char **v) { return   n == NULL; }\n",
             "",
             "a.c:2:40: ",
