@@ -36,6 +36,8 @@ class Host {
   }
 
   push(state) {
+    // The next program that is watched, perhaps at another controller.
+    if (state.watched && state.link.cycles < this.state?.link.cycles) this.forgetLines();
     state.areas.forEach((area, index) => {
       if (area.alive) this.seen.add(index);
       area.inputs.forEach((input, number) => {
@@ -51,6 +53,11 @@ class Host {
     // That of a program that is watched is told until the next one is online.
     if (state.link.error || state.watched) this.lastError = state.link.error;
     this.state = state;
+  }
+
+  forgetLines() {
+    this.histories.flat().forEach((history) => history.clear());
+    if (this.plotted) this.plotted.size = 0;
   }
 
   /** Nothing is known of it any more. Its last values stay to be read. */
