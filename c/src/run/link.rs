@@ -42,8 +42,7 @@ pub(crate) fn link(
     let flags = words_of("LDFLAGS");
     let command = |folders: &[PathBuf]| -> Result<Command, Sentence> {
         let mut command = compiler.command();
-        command.arg(NO_CHECKS).args(&flags).args(more).args(objects);
-        command.args(&inputs.archives);
+        command.arg(NO_CHECKS).args(&flags).args(more).args(objects).args(&inputs.archives);
         for folder in &options.library_folders {
             command.arg("-L").arg(folder);
         }
@@ -58,10 +57,7 @@ pub(crate) fn link(
             folders.push(folder);
         }
     }
-    let words: Vec<OsString> = flags.iter().chain(&libraries).cloned().collect();
-    let mut to_look_in = [values_of(b'L', &words), folders.clone()].concat();
-    to_look_in.extend(env::var_os("LIBRARY_PATH").iter().flat_map(env::split_paths));
-    let named = libraries::named(&inputs.archives, &values_of(b'l', &words), &to_look_in);
+    let named = named_by(&[flags.as_slice(), &libraries].concat(), &folders, inputs);
     let (output, taken, folders) = link_in(folders, library, named, command)?;
     signals::check("the program was compiled")?;
     pass_on(&output.stderr);
@@ -77,6 +73,13 @@ pub(crate) fn link(
     let sources: Vec<&Path> = inputs.sources.iter().map(|source| &*source.path).collect();
     let advice = packages::advice_for_names(&said, &names, &sources);
     Err(format!("the program can't be linked{libraries}{advice}").into())
+}
+
+/// The dynamic libraries that are named, with these words for the linker and these folders.
+fn named_by(words: &[OsString], folders: &[PathBuf], inputs: &Inputs) -> Vec<Library> {
+    let mut to_look_in = [&values_of(b'L', words), folders].concat();
+    to_look_in.extend(env::var_os("LIBRARY_PATH").iter().flat_map(env::split_paths));
+    libraries::named(&inputs.archives, &values_of(b'l', words), &to_look_in)
 }
 
 /// Links with these folders for the loader. Returns what the linker has said, which dynamic libraries it has taken, those
