@@ -334,14 +334,15 @@ fn continue_tx_run() {
 /// seen yet would be lost.
 #[cfg(target_os = "linux")]
 fn is_suspended(process: libc::pid_t) -> bool {
-    let stat = fs::read_to_string(format!("/proc/{process}/stat"));
+    let stat = fs::read(format!("/proc/{process}/stat"));
     stat.map_or(true, |stat| has_state(&stat, 'T'))
 }
 
 /// Whether a file `stat` of the system shows this state.
 #[cfg(target_os = "linux")]
-fn has_state(stat: &str, state: char) -> bool {
-    // The name before it may have any characters.
+fn has_state(stat: &[u8], state: char) -> bool {
+    // The name before it may have any characters, and be cut within one.
+    let stat = String::from_utf8_lossy(stat);
     stat.rsplit_once(") ").is_some_and(|(_, rest)| rest.starts_with(state))
 }
 
@@ -457,7 +458,7 @@ fn end_within_limit(ender: &Thread) {
 #[cfg(target_os = "linux")]
 fn program_has_left() -> bool {
     let main = process::id().to_string();
-    let stat = fs::read_to_string(format!("/proc/self/task/{main}/stat"));
+    let stat = fs::read(format!("/proc/self/task/{main}/stat"));
     if !stat.is_ok_and(|stat| has_state(&stat, 'Z')) {
         return false;
     }
@@ -465,7 +466,7 @@ fn program_has_left() -> bool {
     threads.flatten().filter(|thread| *thread.file_name() != *main).all(|thread| {
         // All threads of ours have such a name. Others begin with the name of the program, in which there is no slash. One
         // that has ended meanwhile is not left.
-        fs::read_to_string(thread.path().join("comm")).map_or(true, |name| name.starts_with("ft/"))
+        fs::read(thread.path().join("comm")).map_or(true, |name| name.starts_with(b"ft/"))
     })
 }
 

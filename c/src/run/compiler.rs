@@ -232,7 +232,8 @@ impl Compiler {
 
     /// Whether it may warn of what is only in a source, such as comments and the places of spaces. gcc has to be asked.
     pub(crate) fn warns_of_source(&self) -> bool {
-        self.is_clang || self.flags.iter().any(|flag| flag.as_encoded_bytes().starts_with(b"-W"))
+        let mut options = self.words.iter().chain(&self.flags);
+        self.is_clang || options.any(|option| option.as_encoded_bytes().starts_with(b"-W"))
     }
 
     /// A command that makes an object of such a text.

@@ -97,8 +97,10 @@ impl Thread {
 fn threads_of(process: u32) -> Vec<Thread> {
     let threads = fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten();
     let read = |thread: fs::DirEntry| {
-        let text = |name| fs::read_to_string(thread.path().join(name));
-        Some(Thread::read(&text("status").ok()?, &text("stat").ok()?))
+        // The thread's name is in them, perhaps cut within a letter.
+        let text = |name| fs::read(thread.path().join(name)).ok();
+        let [status, stat] = [text("status")?, text("stat")?];
+        Some(Thread::read(&String::from_utf8_lossy(&status), &String::from_utf8_lossy(&stat)))
     };
     threads.filter_map(read).collect()
 }

@@ -38,6 +38,9 @@ const OPTIONS: [&str; 15] = [
     "-fno-rtti",
     "-fno-strict-aliasing",
 ];
+/// How pragmas begin that mean the same in the preprocessor's text, or nothing.
+const PLAIN: [&str; 9] =
+    ["once", "STDC", "message", "warning", "comment", "region", "endregion", "hdrstop", "argsused"];
 /// What pragmas of gcc and clang are about that mean the same in the preprocessor's text.
 const OF_COMPILERS: [&str; 4] = ["diagnostic", "visibility", "system_header", "poison"];
 /// What tells a program the place in its source, where the text has other places.
@@ -208,7 +211,7 @@ fn is_plain_pragma(rest: &str) -> bool {
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let mut words = rest.split(|c| !is_word(c)).filter(|word| !word.is_empty());
     match words.next() {
-        Some("once" | "STDC" | "warning" | "comment" | "region" | "endregion") => true,
+        Some(first) if PLAIN.contains(&first) => true,
         Some("GCC" | "clang") => words.next().is_some_and(|word| OF_COMPILERS.contains(&word)),
         Some("pack") => {
             words.all(|word| ["push", "pop"].contains(&word) || word.parse::<u8>().is_ok())

@@ -9,7 +9,9 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use object::elf::{FileHeader32, FileHeader64, DT_SONAME, STB_LOCAL, STT_FUNC, STT_GNU_IFUNC};
+use object::elf::{
+    FileHeader32, FileHeader64, DT_SONAME, STB_LOCAL, STT_FUNC, STT_GNU_IFUNC, STT_NOTYPE,
+};
 use object::read::elf::{ElfFile, FileHeader, ProgramHeader, Sym};
 use object::{Endianness, FileKind, ReadCache};
 
@@ -63,6 +65,12 @@ impl Library {
         file.is_some() && (file == self.place() || file == fs::canonicalize(&self.file).ok())
     }
 
+    /// The file, if it is one of the system's.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn file_of_system(&self) -> Option<&Path> {
+        self.is_of_system().then_some(&*self.file)
+    }
+
     /// Whether the loader finds it without being told of a folder. It is itself a part of the C library.
     fn is_of_system(&self) -> bool {
         let name = self.name.to_string_lossy();
@@ -84,12 +92,21 @@ fn name_in<Elf: FileHeader<Endian = Endianness>>(
     Some(name.map(PathBuf::into_os_string))
 }
 
-/// The names of the functions that a dynamic library has.
-pub(crate) fn functions_of(library: &Path) -> Result<BTreeSet<Vec<u8>>, Sentence> {
+/// Functions of a dynamic library.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Which {
+    Own,
+    /// From other libraries.
+    #[cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "nobody asks for them"))]
+    Needed,
+}
+
+/// The names of these functions.
+pub(crate) fn functions_of(library: &Path, which: Which) -> Result<BTreeSet<Vec<u8>>, Sentence> {
     let parts = ReadCache::new(File::open(library)?);
     let names = match FileKind::parse(&parts) {
-        Ok(FileKind::Elf32) => functions::<FileHeader32<Endianness>>(&parts),
-        Ok(FileKind::Elf64) => functions::<FileHeader64<Endianness>>(&parts),
+        Ok(FileKind::Elf32) => functions::<FileHeader32<Endianness>>(&parts, which),
+        Ok(FileKind::Elf64) => functions::<FileHeader64<Endianness>>(&parts, which),
         _ => return Ok(BTreeSet::new()),
     };
     names.map_err(|error| format!("{} can't be read: {error}", library.display()).into())
@@ -97,12 +114,16 @@ pub(crate) fn functions_of(library: &Path) -> Result<BTreeSet<Vec<u8>>, Sentence
 
 fn functions<Elf: FileHeader<Endian = Endianness>>(
     parts: &ReadCache<File>,
+    which: Which,
 ) -> object::Result<BTreeSet<Vec<u8>>> {
     let file = ElfFile::<Elf, &ReadCache<File>>::parse(parts)?;
     let (endian, table) = (file.endian(), file.elf_dynamic_symbol_table());
     let functions = table.iter().filter(|symbol| {
-        let is_function = [STT_FUNC, STT_GNU_IFUNC].contains(&symbol.st_type());
-        is_function && !symbol.is_undefined(endian) && symbol.st_bind() != STB_LOCAL
+        let is_own = !symbol.is_undefined(endian);
+        // What is needed often has no type.
+        let is_function = [STT_FUNC, STT_GNU_IFUNC].contains(&symbol.st_type())
+            || (!is_own && symbol.st_type() == STT_NOTYPE);
+        is_function && symbol.st_bind() != STB_LOCAL && is_own == (which == Which::Own)
     });
     let names = functions.map(|symbol| symbol.name(endian, table.strings()));
     names.map(|name| name.map(<[u8]>::to_vec)).collect()
@@ -255,7 +276,8 @@ pub(crate) fn check(
 
 /// Tells in place of which functions of a library ours are called, often by itself, too: the loader finds them first.
 fn tell_common_names(file: &Path, own: &Path) -> Result<(), Sentence> {
-    let [its, ours] = [functions_of(file)?, functions_of(own)?];
+    let [its, ours] = [file, own].map(|library| functions_of(library, Which::Own));
+    let (its, ours) = (its?, ours?);
     let common = its.intersection(&ours).take(MOST_NAMES);
     let names: Vec<_> = common.map(|name| String::from_utf8_lossy(name)).collect();
     if !names.is_empty() {

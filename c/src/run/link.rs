@@ -11,6 +11,8 @@ use crate::compiler::{words_of, Compiler, NO_CHECKS};
 use crate::inputs::Inputs;
 use crate::libraries::{self, Library};
 use crate::options::Options;
+#[cfg(target_os = "linux")]
+use crate::own_names;
 use crate::packages;
 use crate::read;
 use crate::signals;
@@ -25,11 +27,12 @@ const LIBRARY: &str = if cfg!(windows) {
     "libftMscLib.so"
 };
 
-/// Links these compiled files with these options, and what the command line and the environment name.
+/// Links a program's compiled files with more files and options, and what the command line and the environment name. The
+/// program gets a folder in that with the compiled files.
 pub(crate) fn link(
     compiler: &Compiler,
-    objects: &[PathBuf],
-    more: &[String],
+    objects: &mut [PathBuf],
+    more: &[OsString],
     inputs: &Inputs,
     options: &Options,
     library: &Path,
@@ -40,7 +43,7 @@ pub(crate) fn link(
         .filter(|word| !library_name(word).is_some_and(|name| packages::is_replaced(&name)))
         .collect();
     let flags = words_of("LDFLAGS");
-    let command = |folders: &[PathBuf]| -> Result<Command, Sentence> {
+    let command = |folders: &[PathBuf], objects: &[PathBuf]| -> Result<Command, Sentence> {
         let mut command = compiler.command();
         command.arg(NO_CHECKS).args(&flags).args(more).args(objects).args(&inputs.archives);
         for folder in &options.library_folders {
@@ -58,7 +61,16 @@ pub(crate) fn link(
         }
     }
     let named = named_by(&[flags.as_slice(), &libraries].concat(), &folders, inputs);
-    let (output, taken, folders) = link_in(folders, library, named, command)?;
+    let first = |folders: &[PathBuf]| command(folders, objects);
+    #[cfg_attr(not(target_os = "linux"), expect(unused_mut, reason = "nothing is hidden there"))]
+    let (mut output, taken, folders) = link_in(folders, library, named, first)?;
+    #[cfg(target_os = "linux")]
+    if output.status.success() {
+        let others = taken.iter().filter_map(Library::file_of_system).chain([library]);
+        if own_names::hide(objects, others, folder_of(folder_of(path)))? {
+            output = signals::output_of(&mut command(&folders, objects)?)?;
+        }
+    }
     signals::check("the program was compiled")?;
     pass_on(&output.stderr);
     if output.status.success() {

@@ -1,7 +1,8 @@
-//! A program's own functions with names of the C library's, such as `close`, are not called by libraries in its place.
+//! A program's own functions with names of the C library's, such as `close`, are not called by libraries of the system in
+//! its place.
 //!
-//! Loaders take the first definition of a name, and look in the program first. Only these names are hidden: a dynamic library
-//! of the program shares all others with it, such as variables.
+//! Loaders take the first definition of a name, and look in the program first. Only names that these libraries need are
+//! hidden: a dynamic library of the program shares all others with it, such as variables.
 
 use std::collections::BTreeSet;
 use std::ffi::{c_void, CStr};
@@ -14,7 +15,7 @@ use object::elf::{FileHeader32, FileHeader64, Sym32, Sym64, STB_LOCAL, STV_HIDDE
 use object::read::elf::{ElfFile, FileHeader, SectionHeader, Sym};
 use object::{Endianness, FileKind, ReadCache};
 
-use crate::libraries::functions_of;
+use crate::libraries::{functions_of, Which};
 use crate::read;
 use crate::Sentence;
 
@@ -32,32 +33,55 @@ const ALLOCATORS: [&[u8]; 10] = [
     b"malloc_usable_size",
 ];
 
-/// A byte with a symbol's visibility, and what it has to be.
-type Byte = (u64, u8);
+/// A symbol that others see.
+struct Symbol {
+    name: Vec<u8>,
+    /// Where the byte with its visibility is, and what that has to be.
+    place: u64,
+    byte: u8,
+}
 
-/// Hides what these compiled files have of the C library's names. A file that is not in the build folder is left as it is: a
-/// copy takes its place.
-pub(crate) fn hide(objects: &mut [PathBuf], build: &Path) -> Result<(), Sentence> {
-    let Some(library) = c_library() else { return Ok(()) };
-    let mut names = functions_of(&library)?;
-    names.retain(|name| !ALLOCATORS.contains(&name.as_slice()));
+/// Hides what these compiled files have of the C library's names, as far as one of these libraries needs them. A file that is
+/// not in the build folder is left as it is: a copy takes its place. Returns whether there was something to hide.
+pub(crate) fn hide<'a>(
+    objects: &mut [PathBuf],
+    libraries: impl IntoIterator<Item = &'a Path>,
+    build: &Path,
+) -> Result<bool, Sentence> {
+    let Some(c_library) = c_library() else { return Ok(false) };
+    let mut names = functions_of(&c_library, Which::Own)?;
+    // Few programs have any.
+    let mut own = BTreeSet::new();
+    for object in objects.iter() {
+        own.extend(visible(object, &names)?.into_iter().map(|it| it.name));
+    }
+    if own.is_empty() {
+        return Ok(false);
+    }
+    let mut needed = BTreeSet::new();
+    for library in libraries {
+        needed.append(&mut functions_of(library, Which::Needed)?);
+    }
+    names.retain(|name| needed.contains(name) && !ALLOCATORS.contains(&name.as_slice()));
+    let mut is_any = false;
     for (number, object) in objects.iter_mut().enumerate() {
-        let bytes = visible(object, &names)?;
-        if bytes.is_empty() {
+        let symbols = visible(object, &names)?;
+        if symbols.is_empty() {
             continue;
         }
+        is_any = true;
         if !object.starts_with(build) {
             let copy = build.join(format!("hidden_{number}.o"));
             fs::write(&copy, fs::read(&*object)?)?;
             *object = copy;
         }
         let mut file = File::options().write(true).open(object)?;
-        for (place, byte) in bytes {
-            file.seek(SeekFrom::Start(place))?;
-            file.write_all(&[byte])?;
+        for symbol in symbols {
+            file.seek(SeekFrom::Start(symbol.place))?;
+            file.write_all(&[symbol.byte])?;
         }
     }
-    Ok(())
+    Ok(is_any)
 }
 
 /// The file of the C library with which this program runs: those of programs have the same names.
@@ -73,7 +97,7 @@ fn c_library() -> Option<PathBuf> {
 }
 
 /// Where a compiled file has these names, if others see them. It was read before, so one that can't be read has none.
-fn visible(object: &Path, names: &BTreeSet<Vec<u8>>) -> Result<Vec<Byte>, Sentence> {
+fn visible(object: &Path, names: &BTreeSet<Vec<u8>>) -> Result<Vec<Symbol>, Sentence> {
     let parts = ReadCache::new(File::open(object)?);
     let bytes = match FileKind::parse(&parts) {
         Ok(FileKind::Elf32) => {
@@ -93,7 +117,7 @@ fn visible_in<Elf: FileHeader<Endian = Endianness>>(
     parts: &ReadCache<File>,
     place_in_symbol: usize,
     names: &BTreeSet<Vec<u8>>,
-) -> object::Result<Vec<Byte>> {
+) -> object::Result<Vec<Symbol>> {
     let file = ElfFile::<Elf, &ReadCache<File>>::parse(parts)?;
     let (endian, table) = (file.endian(), file.elf_symbol_table());
     if table.is_empty() {
@@ -101,16 +125,17 @@ fn visible_in<Elf: FileHeader<Endian = Endianness>>(
     }
     let section = file.elf_section_table().section(table.section())?;
     let begin: u64 = section.sh_offset(endian).into();
-    let mut bytes = Vec::new();
+    let mut symbols = Vec::new();
     for (index, symbol) in table.enumerate() {
         if symbol.is_undefined(endian) || symbol.st_bind() == STB_LOCAL {
             continue;
         }
-        if names.contains(symbol.name(endian, table.strings())?) {
-            let place = index.0 * size_of::<Elf::Sym>() + place_in_symbol;
-            let others = symbol.st_other() & !symbol.st_visibility();
-            bytes.push((begin + place as u64, others | STV_HIDDEN));
+        let name = symbol.name(endian, table.strings())?;
+        if names.contains(name) {
+            let place = begin + (index.0 * size_of::<Elf::Sym>() + place_in_symbol) as u64;
+            let byte = symbol.st_other() & !symbol.st_visibility() | STV_HIDDEN;
+            symbols.push(Symbol { name: name.to_vec(), place, byte });
         }
     }
-    Ok(bytes)
+    Ok(symbols)
 }

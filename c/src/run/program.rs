@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::env;
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -11,8 +12,6 @@ use crate::inputs::{Inputs, Language, Source};
 use crate::language;
 use crate::link;
 use crate::options::Options;
-#[cfg(target_os = "linux")]
-use crate::own_names;
 use crate::sources::OwnFiles;
 use crate::symbols::{Entry, Found, ENDS};
 use crate::work::{self, Plan};
@@ -64,27 +63,22 @@ fn build_with(cache: &Cache, options: &Options, build: &Path) -> Result<Program,
         compiled = work::compile_all(&inputs.sources, 0, &compilers, &plan, cache)?;
     }
     compiled.append(&mut inputs.objects);
-    #[cfg(target_os = "linux")]
-    own_names::hide(&mut compiled, build)?;
+    let mut more = Vec::new();
     let ours = Ours::of(entry, &inputs, &found);
     if let Some(ours) = &ours {
         let path = build.join(ours.name);
         fs::write(&path, &ours.text)?;
         compilers.need(ours.language, options)?;
         let source = [Source { path, language: ours.language }];
-        compiled.extend(work::compile_all(
-            &source,
-            inputs.sources.len(),
-            &compilers,
-            &plan,
-            cache,
-        )?);
+        let first = inputs.sources.len();
+        let compiled = work::compile_all(&source, first, &compilers, &plan, cache)?;
+        more.extend(compiled.into_iter().map(PathBuf::into_os_string));
+        more.extend(ours.link_options.iter().map(OsString::from));
     }
     let folder = build.join("program");
     fs::create_dir(&folder)?;
     let path = folder.join(&inputs.name).with_extension(env::consts::EXE_EXTENSION);
-    let more = ours.map_or(Vec::new(), |ours| ours.link_options);
-    link::link(compilers.for_linking()?, &compiled, &more, &inputs, options, &library, &path)?;
+    link::link(compilers.for_linking()?, &mut compiled, &more, &inputs, options, &library, &path)?;
     let kind = match plan.kind {
         Some(kind) => kind.to_string(),
         None => "a program that includes no header of TX or TXT".into(),

@@ -163,12 +163,9 @@ impl Unit<'_> {
             true => self.messages(object)?,
             false => Vec::new(),
         };
-        if messages.is_empty() && !compiled.stderr.is_empty() {
-            // The text may mean something else.
-            return self.compile_to_object(object);
-        }
         let is_all = read::file(&assembler).is_ok_and(|text| !key::reads_files(&text));
-        if is_all && self.compiler.is_the_same()? {
+        let are_of_text = || self.text().map(|now| now.is_some_and(|now| now.key == text.key));
+        if is_all && self.compiler.is_the_same()? && (messages.is_empty() || are_of_text()?) {
             self.cache.add(text.key, object, &messages);
         }
         Ok(())

@@ -735,16 +735,20 @@ fn a_program_shares_variables_and_functions_with_its_own_library() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let files = [
-        ("speed.h", "int speed;\nint drive(int channel);\nint on_limit(void);\n"),
+        (
+            "speed.h",
+            "int speed;\nint drive(int channel);\nint on_limit(void);\nint error(int place);\n",
+        ),
         (
             "lib/drive.c",
             "#include <unistd.h>\n#include \"../speed.h\"\n\
              __attribute__((weak)) int on_limit(void) { return 1; }\n\
-             int drive(int channel) { return speed + on_limit() + close(channel); }\n",
+             int drive(int channel) { return speed + on_limit() + error(1) + close(channel); }\n",
         ),
         (
             "main.c",
             "#include <conio.h>\n#include \"speed.h\"\nint on_limit(void) { return 20; }\n\
+             int error(int place) { return 100 * place; }\n\
              int close(int channel) { return channel; }\nint _kbhit(void) { return 7; }\n\
              int main(void) { speed = 4; return drive(-1) + close(50) + (kbhit() == _kbhit()); }\n",
         ),
@@ -761,7 +765,7 @@ fn a_program_shares_variables_and_functions_with_its_own_library() {
     for program in ["main.c", "lib/main.o"] {
         let mut command = tx_run(&["--world", "none", program, "lib/libdrive.so"]);
         let ended = Run::start(command.current_dir(folder.path())).end();
-        assert_eq!(ended.status, Some(4 + 20 - 1 + 50), "{program} {ended:?}");
+        assert_eq!(ended.status, Some(4 + 20 + 100 - 1 + 50), "{program} {ended:?}");
     }
 }
 

@@ -37,7 +37,7 @@ class Host {
 
   push(state) {
     // The next program that is watched, perhaps at another controller.
-    if (state.watched && state.link.cycles < this.state?.link.cycles) this.forgetLines();
+    if (state.watched && state.link.cycles < this.state?.link.cycles) this.forget();
     state.areas.forEach((area, index) => {
       if (area.alive) this.seen.add(index);
       area.inputs.forEach((input, number) => {
@@ -55,7 +55,8 @@ class Host {
     this.state = state;
   }
 
-  forgetLines() {
+  forget() {
+    this.seen = new Set([0]);
     this.histories.flat().forEach((history) => history.clear());
     if (this.plotted) this.plotted.size = 0;
   }
