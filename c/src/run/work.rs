@@ -230,6 +230,10 @@ impl Unit<'_> {
         let copies = self.plan.copies.get(&self.source.language);
         let mut command = self.compiler.compile(self.more_options(), &headers.folders);
         command.arg("-idirafter").arg(&headers.last);
+        if self.path().starts_with(&self.plan.build) {
+            // A source of ours: what the user wants to be warned of is for the program.
+            command.arg("-w");
+        }
         let copy = copies.and_then(|it| it.of.get(self.path()));
         if copy.is_some() {
             // `__FILE__` is in the copy.

@@ -304,6 +304,15 @@ fn what_is_missing_is_named_with_its_package() {
 }
 
 #[test]
+fn a_program_may_be_compiled_with_any_warnings_as_errors() {
+    let Some(line) = Line::new() else { return };
+    write(line.path(), "a.c", "int main(void);\nint main(void) { return 0; }\n");
+    for flags in ["-Werror -Wmissing-prototypes -Wsign-conversion", "-Werror -Wall -Wextra"] {
+        Run::start(line.command(&["a.c"]).env("CFLAGS", flags)).end().well();
+    }
+}
+
+#[test]
 fn warnings_are_shown_at_each_start() {
     let Some(line) = Line::new() else { return };
     write(line.path(), "a.c", "#warning look here\nint main(void) { return 0; }\n");

@@ -34,10 +34,11 @@ impl Page {
     fn router(&self, title: &str, newest: watch::Receiver<Arc<[u8]>>) -> Router {
         let (width, height) = self.size;
         let page = include_str!("watch.html")
-            .replace("{title}", &web::escaped(title))
             .replace("{token}", self.site.access.token())
             .replace("{width}", &width.to_string())
-            .replace("{height}", &height.to_string());
+            .replace("{height}", &height.to_string())
+            // Last: a controller may have any name.
+            .replace("{title}", &web::escaped(title));
         let viewers = Arc::new(Semaphore::new(VIEWERS));
         let pictures = |Extension(kept): Extension<Kept>| async move {
             let place = viewers.try_acquire_owned().map_err(|_| TOO_MANY)?;
