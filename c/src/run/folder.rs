@@ -80,23 +80,28 @@ fn remedy() -> &'static str {
 
 #[cfg(unix)]
 mod unix {
-    use std::fs::{self, File};
+    use std::fs::{self, DirEntry, File};
     use std::io::{self, Read, Write};
     use std::os::fd::AsRawFd;
     use std::os::unix::fs::MetadataExt;
     use std::path::Path;
+    use std::time::Duration;
 
     use super::{PREFIX, RANDOM};
 
     /// A file that is locked as long as the process lives that compiles in its folder.
     const LOCK: &str = "lock";
+    /// What it is called until it is whole.
+    const NEW: &str = "new";
+    /// How long that takes at most.
+    const MADE: Duration = Duration::from_secs(60);
     /// What is in it. A folder of somebody else may have a file with this name, too.
     const TEXT: &str = "tx_run compiles a program here\n";
 
     pub(super) fn lock(folder: &Path) -> io::Result<[File; 2]> {
         // What removes old files, such as systemd-tmpfiles, leaves a locked folder alone: a program may run for weeks.
         let whole = File::open(folder)?;
-        let new = folder.join("new");
+        let new = folder.join(NEW);
         let mut lock = File::create(&new)?;
         // A system of files without locks does not matter. Nobody sees it unlocked.
         take(&whole);
@@ -121,11 +126,52 @@ mod unix {
             // Of the entry itself, not of what a link leads to.
             let is_own = is_name(entry.file_name().as_encoded_bytes())
                 && entry.metadata().is_ok_and(|it| it.is_dir() && it.uid() == own);
-            let lock = is_own.then(|| lock_in(&entry.path())).flatten();
-            if lock.is_some_and(|lock| take(&lock)) {
-                let _ = fs::remove_dir_all(entry.path());
+            if !is_own {
+                continue;
             }
+            match lock_in(&entry.path()) {
+                Some(lock) if take(&lock) => remove_but_lock(&entry.path()),
+                Some(_) => continue,
+                None if is_old(&entry) => {}
+                None => continue,
+            }
+            remove_empty(&entry.path());
         }
+    }
+
+    /// The lock goes last: who is killed meanwhile leaves a folder that is known.
+    fn remove_but_lock(folder: &Path) {
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            if entry.file_name() == LOCK {
+                continue;
+            }
+            let is_folder = entry.file_type().is_ok_and(|it| it.is_dir());
+            let _ = match is_folder {
+                true => fs::remove_dir_all(entry.path()),
+                false => fs::remove_file(entry.path()),
+            };
+        }
+        let _ = fs::remove_file(folder.join(LOCK));
+    }
+
+    /// Removes a folder with nothing in it, or nothing but a lock that was never there whole.
+    fn remove_empty(folder: &Path) {
+        let new = folder.join(NEW);
+        let names = fs::read_dir(folder).into_iter().flatten().flatten().map(|it| it.file_name());
+        let is_alone = names.map(|name| name == NEW).collect::<Vec<_>>() == [true];
+        let is_small = fs::symlink_metadata(&new)
+            .is_ok_and(|it| it.is_file() && it.len() <= TEXT.len() as u64);
+        if is_alone && is_small {
+            let _ = fs::remove_file(new);
+        }
+        let _ = fs::remove_dir(folder);
+    }
+
+    /// Whether nobody can be making it just now.
+    fn is_old(folder: &DirEntry) -> bool {
+        let changed = folder.metadata().and_then(|it| it.modified()).ok();
+        let age = changed.and_then(|changed| changed.elapsed().ok());
+        age.is_some_and(|age| age >= MADE)
     }
 
     /// Whether a folder of `tx_run` may have this name.
@@ -183,8 +229,17 @@ mod tests {
         fs::write(others[0].join("lock"), "").unwrap();
         fs::create_dir(others[1].join("lock")).unwrap();
         std::os::unix::fs::symlink(kept[0].join("lock"), others[2].join("lock")).unwrap();
+        // Killed while they were made or removed.
+        let cut_off = [make("tx_runcutoff"), make("tx_runempty1"), make("tx_runnewest")];
+        fs::write(cut_off[0].join("new"), "tx_run").unwrap();
+        for folder in &cut_off[..2] {
+            let old = std::time::SystemTime::now() - std::time::Duration::from_secs(61);
+            fs::File::open(folder).unwrap().set_modified(old).unwrap();
+        }
+        fs::write(left.join("program"), "").unwrap();
         unix::remove_left(place.path());
         assert!(!left.exists());
+        assert_eq!(cut_off.each_ref().map(|it| it.exists()), [false, false, true]);
         for folder in kept.iter().chain(&others).chain([&living]) {
             assert!(folder.join("lock").exists(), "{}", folder.display());
         }

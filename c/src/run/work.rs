@@ -153,6 +153,7 @@ impl Unit<'_> {
         let [preprocessed, assembler] = ["text", "s"].map(|end| object.with_extension(end));
         fs::write(&preprocessed, &text.text)?;
         let mut command = self.compiler.compile_text(self.more_options(), &preprocessed);
+        self.warn_of_nothing_in_ours(&mut command);
         let compiled = signals::output_of(command.arg("-o").arg(&assembler))?;
         let mut command = self.compiler.assemble(&assembler, object);
         if !compiled.status.success() || !signals::output_of(&mut command)?.status.success() {
@@ -224,16 +225,20 @@ impl Unit<'_> {
         }
     }
 
+    /// What the user wants to be warned of is for the program.
+    fn warn_of_nothing_in_ours(&self, command: &mut Command) {
+        if self.path().starts_with(&self.plan.build) {
+            command.arg("-w");
+        }
+    }
+
     /// The command without what is to be done.
     fn command(&self) -> Command {
         let headers = &self.plan.headers;
         let copies = self.plan.copies.get(&self.source.language);
         let mut command = self.compiler.compile(self.more_options(), &headers.folders);
         command.arg("-idirafter").arg(&headers.last);
-        if self.path().starts_with(&self.plan.build) {
-            // A source of ours: what the user wants to be warned of is for the program.
-            command.arg("-w");
-        }
+        self.warn_of_nothing_in_ours(&mut command);
         let copy = copies.and_then(|it| it.of.get(self.path()));
         if copy.is_some() {
             // `__FILE__` is in the copy.

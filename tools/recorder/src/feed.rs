@@ -81,6 +81,10 @@ impl FedEntry {
                 return None;
             }
         };
+        let what = match what {
+            Fed::Transfer { at, what } => Fed::Transfer { at, what: what.cut() },
+            what => what,
+        };
         Some(Self { lost, what })
     }
 

@@ -310,8 +310,7 @@ impl Follower {
         let Some((at, message)) = self.missed.get() else { return true };
         let kept = Kept { at, lost: self.lost_since, what: What::Transfer(message) };
         let waiting = self.waiting.load(Ordering::Relaxed);
-        // It may be longer than all the room.
-        if waiting > 0 && waiting + kept.bytes() > room + OF_TRANSFERS {
+        if waiting + kept.bytes() > room + OF_TRANSFERS {
             return false;
         }
         self.lost_since = 0;
