@@ -23,6 +23,8 @@ mod unix {
 
     /// That of other threads of Rust, whatever the system gives by default.
     const STACK: usize = 2 << 20;
+    /// What a program may ask for at most: nobody has more in mind.
+    const MOST_STACK: usize = 1 << 30;
 
     /// A thread. Without this it goes on alone.
     pub(crate) struct Thread {
@@ -31,9 +33,10 @@ mod unix {
         has_ended: Arc<AtomicBool>,
     }
 
-    /// Starts one with this name, of up to 15 bytes.
+    /// Starts one with this name, of up to 15 bytes, and at least so many bytes for its stack.
     pub(crate) fn spawn(
         name: &'static str,
+        stack: usize,
         body: impl FnOnce() + Send + 'static,
     ) -> io::Result<Thread> {
         type Begin = extern "C-unwind" fn(*mut c_void) -> *mut c_void;
@@ -49,6 +52,8 @@ mod unix {
             ends.store(true, Ordering::Release);
         });
         let body = Box::into_raw(Box::new(body));
+        // In whole pages, which some systems want.
+        let stack = stack.clamp(STACK, MOST_STACK).next_multiple_of(64 << 10);
         // SAFETY: both are called in the same way.
         let begin = unsafe { mem::transmute::<Begin, BeginOfC>(begin) };
         let mut thread = libc::pthread_t::default();
@@ -57,7 +62,7 @@ mod unix {
         // SAFETY: the places are this function's, and the thread takes the body.
         let error = unsafe {
             libc::pthread_attr_init(&raw mut attributes);
-            libc::pthread_attr_setstacksize(&raw mut attributes, STACK);
+            libc::pthread_attr_setstacksize(&raw mut attributes, stack);
             let error =
                 libc::pthread_create(&raw mut thread, &raw const attributes, begin, body.cast());
             libc::pthread_attr_destroy(&raw mut attributes);
@@ -131,6 +136,7 @@ mod others {
 
     pub(crate) fn spawn(
         name: &'static str,
+        _stack: usize,
         body: impl FnOnce() + Send + 'static,
     ) -> io::Result<Thread> {
         Builder::new().name(name.into()).spawn(body).map(Thread)

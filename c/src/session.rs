@@ -245,7 +245,7 @@ impl<A: Area> ProgramSession<A> {
             programs.begin();
             shared.run();
         };
-        calling::spawn("ft/session", run)
+        calling::spawn("ft/session", 0, run)
             .map_err(|cause| Error::ThreadNotStarted { cause: cause.into() })
     }
 

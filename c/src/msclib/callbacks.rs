@@ -118,7 +118,7 @@ impl Callbacks {
             programs.begin();
             own.run();
         };
-        *callbacks.thread.lock() = Some(calling::spawn("ft/callbacks", run)?);
+        *callbacks.thread.lock() = Some(calling::spawn("ft/callbacks", 0, run)?);
         Ok(callbacks)
     }
 

@@ -119,7 +119,7 @@ fn handle() {
             };
             if ASKED.fetch_add(1, Ordering::AcqRel) >= MOST_ASKED {
                 ASKED.fetch_sub(1, Ordering::AcqRel);
-            } else if calling::spawn("ft/event", ask).is_err() {
+            } else if calling::spawn("ft/event", 0, ask).is_err() {
                 exit::on_end(signal);
             }
         }

@@ -35,6 +35,7 @@ impl Argument {
 fn start(
     run: impl FnOnce(*mut c_void) -> u32 + Send + 'static,
     argument: *mut c_void,
+    stack: usize,
     stays: bool,
 ) -> Option<(Handle, u32)> {
     let handle = add(Object::Thread { code: None });
@@ -56,7 +57,7 @@ fn start(
             close(handle);
         }
     };
-    let made = calling::spawn("program", body).ok();
+    let made = calling::spawn("program", stack, body).ok();
     let id = made.and_then(|_| reported.recv().ok());
     if id.is_none() {
         close(handle);
@@ -82,14 +83,15 @@ unsafe fn give(to: *mut u32, id: u32) {
 #[no_mangle]
 pub unsafe extern "C" fn CreateThread(
     _security: *mut c_void,
-    _stack: usize,
+    stack: usize,
     start_at: Option<extern "system-unwind" fn(*mut c_void) -> u32>,
     argument: *mut c_void,
     _flags: u32,
     id: *mut u32,
 ) -> Handle {
     caught(ptr::null_mut(), || {
-        let made = start_at.and_then(|run| start(move |argument| run(argument), argument, true));
+        let made =
+            start_at.and_then(|run| start(move |argument| run(argument), argument, stack, true));
         let Some((handle, its_id)) = made else { return ptr::null_mut() };
         // SAFETY: as the caller promises.
         unsafe { give(id, its_id) };
@@ -101,7 +103,7 @@ pub unsafe extern "C" fn CreateThread(
 #[no_mangle]
 pub extern "C" fn _beginthread(
     start_at: Option<extern "C-unwind" fn(*mut c_void)>,
-    _stack: c_uint,
+    stack: c_uint,
     argument: *mut c_void,
 ) -> usize {
     caught(NO_THREAD, || {
@@ -112,6 +114,7 @@ pub extern "C" fn _beginthread(
                     0
                 },
                 argument,
+                stack as usize,
                 false,
             )
         };

@@ -239,6 +239,8 @@ impl Online {
     /// program, which is suspended, could not end before. Or whether it is time to try one again.
     pub(crate) fn is_left(&mut self, is_suspended: bool) -> bool {
         let notes = self.notes();
+        // Another process may get the number of one that is no more.
+        self.given_up.retain(|process| Path::new(&format!("/proc/{process}")).exists());
         let is_gone = !self.seen.is_empty() && self.is_gone();
         let are_lost = is_gone && !self.seen.iter().any(|(_, byte)| self.is_marked(*byte));
         self.remember(&notes);

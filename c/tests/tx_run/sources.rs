@@ -820,6 +820,20 @@ fn a_program_may_call_its_main_and_have_its_own_function_for_a_quick_exit() {
     assert_eq!(ended.status, Some(4), "{ended:?}");
 }
 
+#[cfg_attr(windows, ignore = "the threads of Windows")]
+#[test]
+fn a_thread_gets_the_stack_that_it_is_asked_for() {
+    if !has_compiler() {
+        return;
+    }
+    let main = "#include <windows.h>\n#include <string.h>\n\
+        static DWORD WINAPI run(LPVOID argument)\n{\n\
+        char large[6 << 20];\nmemset(large, 1, sizeof large);\nreturn large[argument != NULL];\n}\n\
+        int main(void)\n{\nHANDLE thread = CreateThread(NULL, 8 << 20, run, NULL, 0, NULL);\n\
+        return thread == NULL || WaitForSingleObject(thread, 30000) != WAIT_OBJECT_0;\n}\n";
+    run(&[("main.c", main)], &["main.c"]).well();
+}
+
 /// Each has the name by which the program looks for it, as nearly every library has.
 #[cfg(target_os = "linux")]
 #[test]
