@@ -45,6 +45,8 @@ const PLAIN: [&str; 9] =
 const OF_COMPILERS: [&str; 4] = ["diagnostic", "visibility", "system_header", "poison"];
 /// What tells a program the place in its source, where the text has other places.
 const PLACES: [&str; 3] = ["__builtin_COLUMN", "__builtin_LINE", "__builtin_source_location"];
+/// How trigraphs end.
+const TRIGRAPHS: [char; 9] = ['=', '/', '\'', '(', ')', '!', '<', '>', '-'];
 /// Variables that bring something else into the compiler.
 const INSERTS: [&str; 4] =
     ["LD_PRELOAD", "LD_AUDIT", "DYLD_INSERT_LIBRARIES", "CCC_OVERRIDE_OPTIONS"];
@@ -192,8 +194,10 @@ fn changed(file: &fs::Metadata) -> Option<String> {
 pub(crate) fn of(text: &[u8], others: &[&[u8]]) -> Option<Key> {
     let lossy = String::from_utf8_lossy(text);
     let knows_place = PLACES.iter().any(|place| lossy.contains(place));
+    // One that the preprocessor has made would be read once more.
+    let has_trigraph = lossy.split("??").skip(1).any(|rest| rest.starts_with(TRIGRAPHS));
     let mut pragmas = lossy.lines().filter_map(|line| line.trim_start().strip_prefix("#pragma"));
-    if knows_place || !pragmas.all(is_plain_pragma) {
+    if knows_place || has_trigraph || !pragmas.all(is_plain_pragma) {
         return None;
     }
     let mut hasher = XxHash3_128::new();
@@ -409,6 +413,8 @@ mod tests {
             #pragma warning(disable: 4996)\n #pragma clang diagnostic ignored \"-Wall\"\n";
         assert!(of(plain, "", "/x").is_some());
         assert_eq!(of("int a = __builtin_LINE();\n", "", "/x"), None);
+        assert_eq!(of("const char *a = \"??/\";\n", "", "/x"), None);
+        assert!(of("const char *a = \"Why??\";\n", "", "/x").is_some());
     }
 
     #[test]
