@@ -254,7 +254,7 @@ pub enum Error {
     },
     /// The connection was lost and is being re-established: all outputs in the areas were set to 0, all commands
     /// forgotten, and what the program wrote before is lost. Motors may go on until the connection is back, and are
-    /// off then. The transfer goes on, and the program can go on, too.
+    /// off then, unless another controller answers at the address, which a warning tells. The transfer goes on, and the program can go on, too.
     ConnectionLost {
         /// What went wrong with the connection.
         cause: Box<Error>,
