@@ -25,8 +25,10 @@ const READ_MAX: i64 = 1024;
 /// its beginning, and closes it after 5 s of silence; then it refuses others until the next transfer begins. So the
 /// transfer makes the connection when it begins, and holds it open: a program may come late and pause for as long as
 /// it likes. Without a transfer, and while a lost connection is re-established, calls fail with [`Error::NotOnline`];
-/// afterwards they work again. After an error on the wire, for instance a device that does not answer within the
-/// limit for reading, the next call makes a new connection, which this firmware refuses.
+/// afterwards they work again, perhaps at another controller that answers at this address: of a gap between two calls
+/// only the areas tell, by [`Error::ConnectionLost`], and [`Event::ConnectionRestored`](crate::Event::ConnectionRestored).
+/// After an error on the wire, for instance a device that does not answer within the limit for reading, the next call
+/// makes a new connection, which this firmware refuses.
 ///
 /// **No request is sent twice.** After an error of connecting, nothing was sent. After another error
 /// on the wire, it is not known whether the device has carried out the request. Whether a program may
