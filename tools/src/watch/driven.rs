@@ -6,13 +6,15 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use ft_transfer_area::wire::{crc_of_words, CmprHeader, CommandId, ExchangeData, ResponseId};
+use ft_transfer_area::wire::{
+    crc_of_words, CmprHeader, CommandId, ExchangeData, QueryStatusResponse, ResponseId,
+};
 
 use super::packet::{command_size, id, response_size};
 use crate::seen::SILENCE;
 
 /// As much of a packet as shows its size and what matters here.
-const HEAD: usize = CmprHeader::LEN;
+const HEAD: usize = QueryStatusResponse::LEN;
 /// How many commands without a response are known.
 const WAITING: usize = 64;
 /// How many of them a command that follows may have before it: the controller takes 10 ms for each. A client that waits
@@ -50,6 +52,8 @@ pub(super) struct Responses {
     missing: VecDeque<CommandId>,
     /// There were more, so that a response may be one to a command that is not known any more.
     has_lost_count: bool,
+    /// The controller's name, if it was asked for.
+    name: Option<String>,
 }
 
 /// Where the packets of one side end.
@@ -90,7 +94,9 @@ impl Driven {
                 Some(CommandId::ExchangeData) => *drives = true,
                 Some(CommandId::ExchangeDataCmpr) => {
                     *drives = true;
-                    let mask = CmprHeader::parse_command(head).map_or(0, |it| it.active_extensions);
+                    let header = &head[..head.len().min(CmprHeader::LEN)];
+                    let mask =
+                        CmprHeader::parse_command(header).map_or(0, |it| it.active_extensions);
                     *extensions = Some(extensions.unwrap_or(0) | mask);
                 }
                 _ => {}
@@ -164,6 +170,11 @@ impl Driven {
         packet
     }
 
+    /// The name of the controller, if the program has asked for it.
+    pub(super) fn name(&self) -> Option<&str> {
+        self.responses.name()
+    }
+
     /// What the controller still has to say.
     pub(super) fn into_responses(self) -> Responses {
         self.responses
@@ -184,10 +195,13 @@ impl Responses {
     /// A response is that to the first command which it can answer. Those before it get none. Returns whether an
     /// exchange was answered.
     pub(super) fn take(&mut self, bytes: &[u8]) -> bool {
-        let missing = &mut self.missing;
+        let Self { missing, name, .. } = self;
         let mut has_exchanged = false;
         self.packets.take(bytes, response_size, |head| {
             let response = id(head).and_then(ResponseId::from_id);
+            if response == Some(ResponseId::QueryStatus) {
+                *name = QueryStatusResponse::parse(head).ok().map(|status| status.name());
+            }
             let place = missing.iter().position(|one| Some(one.response()) == response);
             let answered = place.and_then(|place| missing.drain(..=place).next_back());
             has_exchanged |=
@@ -199,6 +213,11 @@ impl Responses {
     /// Whether such a command has no response yet.
     fn awaits(&self, command: CommandId) -> bool {
         self.missing.contains(&command)
+    }
+
+    /// The name of the controller, if it has said that.
+    pub(super) fn name(&self) -> Option<&str> {
+        self.name.as_deref()
     }
 
     /// Whether each command has its response.

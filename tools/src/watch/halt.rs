@@ -12,6 +12,7 @@ use mio::net::TcpStream;
 use super::driven::{Driven, Responses};
 use super::passage::{is_connected, reset, TURN};
 use super::tap::{Piece, Tap, Telling, What};
+use crate::print;
 use crate::seen::{Gone, Line, Side};
 
 /// How long the controller may take for an answer. StopOnline and a board that does not answer take a second each.
@@ -34,6 +35,7 @@ enum Step {
     Pauses(Instant),
     Connects,
     /// A command was sent, and its response is waited for.
+    Asks,
     Starts,
     SwitchesOff,
     Ends,
@@ -56,6 +58,8 @@ pub(super) struct Halt {
     /// The controller may have said more.
     has_more: bool,
     zeros: Vec<u8>,
+    /// The name of the controller that the program has driven.
+    name: Option<String>,
     /// When the program has gone.
     begun: Instant,
     /// When the present step is given up, and when everything.
@@ -106,6 +110,7 @@ impl Halt {
             is_own: true,
             telling: Telling::default(),
             zeros: driven.zeros(),
+            name: driven.name().map(str::to_owned),
             responses: driven.into_responses(),
             has_more: false,
             begun: now,
@@ -125,10 +130,14 @@ impl Halt {
         matches!(self.step, Step::Pauses(_))
     }
 
-    /// Whether it waits for nothing more, when the controller has answered an exchange of another program at this time:
-    /// what was left is off since then, or that program's.
-    pub(super) fn is_over_since(&self, exchanged: Instant) -> bool {
-        self.waits() && self.begun < exchanged
+    /// Whether it waits for nothing more, when a controller with this name has answered an exchange of another program at
+    /// this time: what was left is off since then, or that program's. Nothing can be done any more about another controller.
+    pub(super) fn is_over_since(&self, exchanged: Instant, now: Option<&str>, tap: &Tap) -> bool {
+        let is_over = self.waits() && self.begun < exchanged;
+        if let (true, Err(other)) = (is_over, self.check_name(now)) {
+            self.report(tap, What::Halted(self.gone, Err(other)));
+        }
+        is_over
     }
 
     /// Nobody comes back any more.
@@ -232,7 +241,14 @@ impl Halt {
                 self.controller = Some(connect(Line::Main)?);
                 Step::Connects
             }
-            Step::Connects => {
+            // Another one may have this address by now.
+            Step::Connects if self.name.is_some() => {
+                CommandId::QueryStatus.emit(&mut packet);
+                Step::Asks
+            }
+            Step::Connects | Step::Asks => {
+                self.check_name(self.responses.name())
+                    .inspect_err(|_| self.until = Instant::now())?;
                 StartOnline::new().emit(&mut packet);
                 Step::Starts
             }
@@ -255,6 +271,17 @@ impl Halt {
         self.answer_until = self.until.min(Instant::now() + ANSWER);
         self.step = step;
         Ok(())
+    }
+
+    /// An error if another controller answers now, which is left alone.
+    fn check_name(&self, now: Option<&str>) -> io::Result<()> {
+        match (&self.name, now) {
+            (Some(before), Some(now)) if before != now => {
+                let other = format!("{now} answers there in place of {before}");
+                Err(io::Error::other(print::clean(&other).into_owned()))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Takes in what the controller has said, as much as has its turn.

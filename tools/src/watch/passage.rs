@@ -214,6 +214,11 @@ impl Passage {
         self.driven.as_ref().and_then(Driven::exchanged)
     }
 
+    /// The name of the controller, if its program has asked for it.
+    pub(super) fn name(&self) -> Option<&str> {
+        self.driven.as_ref().and_then(Driven::name)
+    }
+
     /// Whether the controller is to be stopped after it.
     pub(super) fn is_to_stop(&self) -> bool {
         self.drives() && !self.leaves_outputs

@@ -428,8 +428,10 @@ impl Worker {
         if mains.peek().is_none() {
             return;
         }
-        if let Some(exchanged) = mains.filter_map(Passage::exchanged).max() {
-            self.halts.retain(|halt| !halt.is_over_since(exchanged));
+        let exchanged = mains.filter_map(|one| Some((one.exchanged()?, one.name())));
+        if let Some((exchanged, name)) = exchanged.max_by_key(|(exchanged, _)| *exchanged) {
+            let tap = &self.tap;
+            self.halts.retain(|halt| !halt.is_over_since(exchanged, name, tap));
         }
         if self.halts.iter().any(Halt::is_overdue) {
             // The controller serves one at a time.

@@ -16,6 +16,7 @@ use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 use serde_json::{json, Value};
 use socket2::SockRef;
 
+use super::away::{at_free_ports, started};
 use super::support::{accept, command, connect, listener, logged, Duties, KitClient, Watch};
 use super::LIMIT;
 use crate::recording::said;
@@ -318,6 +319,32 @@ fn a_farewell_that_the_controller_does_not_answer_is_none() {
     assert_eq!(last(&duties), [M1]);
     assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
     assert_eq!(last(&duties), [[0; 8]]);
+}
+
+/// As two at one address of a Wi-Fi, one after the other.
+#[test]
+fn another_controller_is_not_stopped_in_place_of_the_one_that_was_driven() {
+    for comes_back in [false, true] {
+        let first = at_free_ports(|port| SimulatedTxt::builder().port(port).device_name("FIRST"));
+        let (address, port) = (first.address(), first.port());
+        let watch = Watch::with_lines(address);
+        let mut driven = program(&watch);
+        driven.exchange(M1);
+        drop(first);
+        drop(driven);
+        let second = started(|| SimulatedTxt::builder().port(port).device_name("SECOND"));
+        if comes_back {
+            let mut next = program(&watch);
+            next.exchange([0; 8]);
+            next.exchange([0; 8]);
+            next.end();
+        }
+        let off = watch.line_where(|line| line["what"] == "outputs_off");
+        assert_eq!((&off["connection_number"], &off["done"]), (&json!(1), &json!(false)));
+        assert!(off["why"].as_str().unwrap().contains("SECOND answers there in place of FIRST"));
+        let commands: Vec<_> = second.with_machine(|machine| machine.commands().collect());
+        assert_eq!(commands.contains(&CommandId::StartOnline), comes_back, "{commands:?}");
+    }
 }
 
 /// Its program has come back on another one meanwhile, and has left this one open.
