@@ -199,11 +199,11 @@ impl Responses {
         let mut has_exchanged = false;
         self.packets.take(bytes, response_size, |head| {
             let response = id(head).and_then(ResponseId::from_id);
-            if response == Some(ResponseId::QueryStatus) {
-                *name = QueryStatusResponse::parse(head).ok().map(|status| status.name());
-            }
             let place = missing.iter().position(|one| Some(one.response()) == response);
             let answered = place.and_then(|place| missing.drain(..=place).next_back());
+            if answered == Some(CommandId::QueryStatus) {
+                *name = QueryStatusResponse::parse(head).ok().map(|status| status.name());
+            }
             has_exchanged |=
                 matches!(answered, Some(CommandId::ExchangeData | CommandId::ExchangeDataCmpr));
         });
