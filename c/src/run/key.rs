@@ -89,7 +89,7 @@ pub(crate) fn identity(compiler: &OsStr, commands: &str) -> Option<String> {
     for program in [compiler].into_iter().chain(programs.iter().map(OsStr::new)) {
         let place = place_of(program)?;
         let file = fs::canonicalize(&place).ok()?;
-        let _ = write!(identity, " {} {}", state_of(&file)?, way_to([place.as_path()].into_iter()));
+        let _ = write!(identity, " {} {}", state_of(&file)?, way_to(&place));
     }
     for name in VARIABLES {
         let _ = write!(identity, " {:?}", env::var_os(name));
@@ -287,14 +287,14 @@ fn name_in(line: &[u8]) -> Option<PathBuf> {
     read::path(&name)
 }
 
-/// What changes when other files come in the place of these, because a link or a folder on the way to them is another one
+/// What changes when another file comes in the place of this one, because a link or a folder on the way to it is another one
 /// for a moment.
 #[cfg(unix)]
-fn way_to<'a>(files: impl Iterator<Item = &'a Path>) -> String {
+fn way_to(file: &Path) -> String {
     use std::os::unix::fs::MetadataExt;
     let mut states = String::new();
     let mut seen = BTreeSet::new();
-    let mut next: Vec<PathBuf> = files.map(Path::to_owned).collect();
+    let mut next = vec![file.to_owned()];
     while let Some(path) = next.pop() {
         for place in path.ancestors() {
             if !seen.insert(place.to_owned()) {
@@ -314,7 +314,7 @@ fn way_to<'a>(files: impl Iterator<Item = &'a Path>) -> String {
 }
 
 #[cfg(not(unix))]
-fn way_to<'a>(_: impl Iterator<Item = &'a Path>) -> String {
+fn way_to(_: &Path) -> String {
     String::new()
 }
 

@@ -35,7 +35,6 @@ const ALLOCATORS: [&[u8]; 10] = [
 
 /// A symbol that others see.
 struct Symbol {
-    name: Vec<u8>,
     /// Where the byte with its visibility is, and what that has to be.
     place: u64,
     byte: u8,
@@ -50,12 +49,12 @@ pub(crate) fn hide<'a>(
 ) -> Result<bool, Sentence> {
     let Some(c_library) = c_library() else { return Ok(false) };
     let mut names = functions_of(&c_library, Which::Own)?;
-    // Few programs have any.
-    let mut own = BTreeSet::new();
+    let mut has_any = false;
     for object in objects.iter() {
-        own.extend(visible(object, &names)?.into_iter().map(|it| it.name));
+        has_any |= !visible(object, &names)?.is_empty();
     }
-    if own.is_empty() {
+    // Few programs have, and the libraries need not be read for the others.
+    if !has_any {
         return Ok(false);
     }
     let mut needed = BTreeSet::new();
@@ -63,13 +62,13 @@ pub(crate) fn hide<'a>(
         needed.append(&mut functions_of(library, Which::Needed)?);
     }
     names.retain(|name| needed.contains(name) && !ALLOCATORS.contains(&name.as_slice()));
-    let mut is_any = false;
+    let mut is_hidden = false;
     for (number, object) in objects.iter_mut().enumerate() {
         let symbols = visible(object, &names)?;
         if symbols.is_empty() {
             continue;
         }
-        is_any = true;
+        is_hidden = true;
         if !object.starts_with(build) {
             let copy = build.join(format!("hidden_{number}.o"));
             fs::write(&copy, fs::read(&*object)?)?;
@@ -81,7 +80,7 @@ pub(crate) fn hide<'a>(
             file.write_all(&[symbol.byte])?;
         }
     }
-    Ok(is_any)
+    Ok(is_hidden)
 }
 
 /// The file of the C library with which this program runs: those of programs have the same names.
@@ -130,11 +129,10 @@ fn visible_in<Elf: FileHeader<Endian = Endianness>>(
         if symbol.is_undefined(endian) || symbol.st_bind() == STB_LOCAL {
             continue;
         }
-        let name = symbol.name(endian, table.strings())?;
-        if names.contains(name) {
+        if names.contains(symbol.name(endian, table.strings())?) {
             let place = begin + (index.0 * size_of::<Elf::Sym>() + place_in_symbol) as u64;
             let byte = symbol.st_other() & !symbol.st_visibility() | STV_HIDDEN;
-            symbols.push(Symbol { name: name.to_vec(), place, byte });
+            symbols.push(Symbol { place, byte });
         }
     }
     Ok(symbols)
