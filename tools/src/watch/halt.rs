@@ -134,10 +134,17 @@ impl Halt {
     /// this time: what was left is off since then, or that program's. Nothing can be done any more about another controller.
     pub(super) fn is_over_since(&self, exchanged: Instant, now: Option<&str>, tap: &Tap) -> bool {
         let is_over = self.waits() && self.begun < exchanged;
-        if let (true, Err(other)) = (is_over, self.check_name(now)) {
-            self.report(tap, What::Halted(self.gone, Err(other)));
+        if is_over {
+            self.tell_of_another(now, tap);
         }
         is_over
+    }
+
+    /// Tells that motors may go on, if the controller with this name is another one.
+    pub(super) fn tell_of_another(&self, now: Option<&str>, tap: &Tap) {
+        if let Err(other) = self.check_name(now) {
+            self.report(tap, What::Halted(self.gone, Err(other)));
+        }
     }
 
     /// Nobody comes back any more.

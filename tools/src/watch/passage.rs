@@ -214,9 +214,10 @@ impl Passage {
         self.driven.as_ref().and_then(Driven::exchanged)
     }
 
-    /// The name of the controller, if its program has asked for it.
-    pub(super) fn name(&self) -> Option<&str> {
-        self.driven.as_ref().and_then(Driven::name)
+    /// The same with the name of the controller, if its program has asked for it.
+    pub(super) fn exchange(&self) -> Option<(Instant, Option<String>)> {
+        let driven = self.driven.as_ref()?;
+        Some((driven.exchanged()?, driven.name().map(str::to_owned)))
     }
 
     /// Whether the controller is to be stopped after it.

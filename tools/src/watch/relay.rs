@@ -94,8 +94,8 @@ struct Worker {
     poll: Poll,
     /// By number.
     passages: BTreeMap<u64, Passage>,
-    /// When the controller has last answered an exchange on a connection that is no more.
-    exchanged: Option<Instant>,
+    /// When a controller has last answered an exchange on a connection that is no more, and its name.
+    exchanged: Option<(Instant, Option<String>)>,
     /// Controllers that are being stopped.
     halts: Vec<Halt>,
     /// How many connections to a port there may be. A further one ends the one that was not used for the longest time.
@@ -369,29 +369,34 @@ impl Worker {
         let now = Instant::now();
         let is_silent = |one: &&Passage| one.silent_at().is_some_and(|at| at <= now);
         let silent = self.passages.values().filter(is_silent);
-        let silent: Vec<_> = silent.map(|one| (one.number, self.is_succeeded(one))).collect();
-        for (number, is_succeeded) in silent {
-            if is_succeeded {
-                // Its end is not the end of the other program.
-                drop(self.remove(number));
-                self.report(Line::Main, number, What::Closed);
-            } else {
+        let silent: Vec<_> = silent.map(|one| (one.number, self.successor(one))).collect();
+        for (number, successor) in silent {
+            let Some(name) = successor else {
                 self.halt(number, Gone::Silent);
+                continue;
+            };
+            // Its end is not the end of the other program.
+            let halt = self.remove(number).and_then(Passage::halt_later);
+            self.report(Line::Main, number, What::Closed);
+            if let Some(halt) = halt {
+                halt.tell_of_another(name.as_deref(), &self.tap);
             }
         }
     }
 
-    /// Whether the controller has ended this connection, and answered exchanges on another one since: the outputs are
-    /// those of that program.
-    fn is_succeeded(&self, one: &Passage) -> bool {
+    /// The name of the controller that has answered exchanges on another connection since this one was ended: the outputs
+    /// are those of that program. `None` if none has.
+    fn successor(&self, one: &Passage) -> Option<Option<String>> {
         let others = self.passages.values().filter(|other| other.number != one.number);
-        let exchanged = others.filter_map(Passage::exchanged).chain(self.exchanged).max();
-        one.is_left() && exchanged.is_some_and(|at| at > one.exchanged().unwrap_or(one.begun))
+        let (at, name) =
+            others.filter_map(Passage::exchange).chain(self.exchanged.clone()).max()?;
+        let is_later = at > one.exchanged().unwrap_or(one.begun);
+        (one.is_left() && is_later).then_some(name)
     }
 
     fn remove(&mut self, number: u64) -> Option<Passage> {
         let passage = self.passages.remove(&number)?;
-        self.exchanged = self.exchanged.max(passage.exchanged());
+        self.exchanged = self.exchanged.take().max(passage.exchange());
         Some(passage)
     }
 
@@ -428,10 +433,9 @@ impl Worker {
         if mains.peek().is_none() {
             return;
         }
-        let exchanged = mains.filter_map(|one| Some((one.exchanged()?, one.name())));
-        if let Some((exchanged, name)) = exchanged.max_by_key(|(exchanged, _)| *exchanged) {
+        if let Some((exchanged, name)) = mains.filter_map(Passage::exchange).max() {
             let tap = &self.tap;
-            self.halts.retain(|halt| !halt.is_over_since(exchanged, name, tap));
+            self.halts.retain(|halt| !halt.is_over_since(exchanged, name.as_deref(), tap));
         }
         if self.halts.iter().any(Halt::is_overdue) {
             // The controller serves one at a time.

@@ -347,6 +347,32 @@ fn another_controller_is_not_stopped_in_place_of_the_one_that_was_driven() {
     }
 }
 
+/// The first program has not closed its connection.
+#[test]
+fn motors_of_a_controller_that_another_one_has_replaced_may_go_on() {
+    let first = at_free_ports(|port| SimulatedTxt::builder().port(port).device_name("FIRST"));
+    let (address, port) = (first.address(), first.port());
+    let watch = Watch::with_lines(address);
+    let mut driven = program(&watch);
+    driven.exchange(M1);
+    drop(first);
+    let _second = started(|| SimulatedTxt::builder().port(port).device_name("SECOND"));
+    let mut next = program(&watch);
+    let is_told = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !is_told.load(Ordering::Relaxed) {
+                next.exchange([0; 8]);
+            }
+        });
+        let off = watch.line_where(|line| line["what"] == "outputs_off");
+        is_told.store(true, Ordering::Relaxed);
+        assert_eq!((&off["connection_number"], &off["done"]), (&json!(1), &json!(false)));
+        assert!(off["why"].as_str().unwrap().contains("SECOND answers there in place of FIRST"));
+    });
+    drop(driven);
+}
+
 /// Its program has come back on another one meanwhile, and has left this one open.
 #[test]
 fn a_connection_that_the_controller_has_ended_stops_nothing_that_another_one_drives() {
