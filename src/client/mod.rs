@@ -265,19 +265,20 @@ impl TxtClient {
         for (id, area) in (0..).zip(areas.iter_mut()) {
             area.state.id = id;
         }
-        self.update_configs(exchange, areas)?;
+        self.update_configs(exchange, areas, || true)?;
         self.exchange(exchange, areas)?.apply(areas);
         Ok(())
     }
 
-    /// Hands over the configurations that have changed; returns how many there were.
+    /// Hands over the configurations that have changed, as long as it `goes_on`; returns how many there were.
     pub(crate) fn update_configs(
         &mut self,
         exchange: &mut Exchange,
         areas: &[impl Sends],
+        goes_on: impl Fn() -> bool,
     ) -> Result<u64, Error> {
         let mut count = 0;
-        while let Some(update) = exchange.next_config(areas) {
+        while let Some(update) = exchange.next_config(areas, &goes_on) {
             self.update_config(&update)?;
             count += 1;
         }

@@ -110,15 +110,21 @@ impl Exchange {
     /// before each exchange until it returns `None`.
     #[doc(alias = "UpdateConfig")]
     pub fn next_update_config(&mut self, areas: &[FishX1Transfer]) -> Option<UpdateConfig> {
-        self.next_config(areas)
+        self.next_config(areas, || true)
     }
 
-    /// [`next_update_config`](Self::next_update_config) of what is sent for areas.
-    pub(crate) fn next_config(&mut self, areas: &[impl Sends]) -> Option<UpdateConfig> {
+    /// [`next_update_config`](Self::next_update_config) of what is sent for areas; `None` also when it must not be sent
+    /// any more, which is asked only if there is one.
+    pub(crate) fn next_config(
+        &mut self,
+        areas: &[impl Sends],
+        may_be_sent: impl Fn() -> bool,
+    ) -> Option<UpdateConfig> {
         let config_id = |area: &_| i16::from(Sends::config_id(area));
         let mut areas = areas.iter().zip(&mut self.sent_configs).enumerate();
         let (index, (area, sent)) = areas
-            .find(|(_, (area, sent))| sent.map(|sent| sent.config_id) != Some(config_id(*area)))?;
+            .find(|(_, (area, sent))| sent.map(|sent| sent.config_id) != Some(config_id(*area)))
+            .filter(|_| may_be_sent())?;
         *sent = Some(UpdateConfig {
             config_id: config_id(area),
             // Less than MAX_AREAS, the length of `sent_configs`.

@@ -349,7 +349,7 @@ impl State {
     }
 
     /// A response has come in. Its window is still closed.
-    pub(crate) fn deliver(&mut self, inputs: &Inputs, config_updates: u64) -> Delivered {
+    pub(crate) fn deliver(&mut self, inputs: &Inputs) -> Delivered {
         // What a thread writes that sees this response counts.
         self.transfer.resume();
         self.hand_over.deliver(inputs);
@@ -357,7 +357,6 @@ impl State {
         let arrived = self.clock.now();
         let before = self.responses.arrive(arrived);
         self.statistics.count_response(before, arrived);
-        self.statistics.config_updates += config_updates;
         let (number, cycle) = (self.responses.newest(), self.statistics.cycles);
         Delivered { number, cycle, arrived, first: before.is_none() }
     }

@@ -1,13 +1,18 @@
 //! The controller's configuration follows the area.
 
 use std::sync::{Arc, Mutex};
+use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
+use ft_transfer_area::transfer_area::{FishX1Transfer, LOCAL_IO, MAX_AREAS, REMOTE_IO_1};
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::Error;
+use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxtBuilder};
 
 use crate::support::{handler_for, strict, wait_until};
+
+/// How late an answer is.
+const LATE: Duration = Duration::from_millis(300);
 
 #[test]
 fn all_areas_are_configured_before_the_first_exchange() {
@@ -89,4 +94,33 @@ fn a_config_without_a_new_id_is_not_sent() {
     handler.areas().update_config().unwrap();
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].config.motor), [1; 4]);
     assert_eq!(handler.areas().statistics().config_updates, 1);
+}
+
+#[test]
+fn no_configuration_is_sent_any_more_when_the_transfer_is_to_end() {
+    // The answers to configurations that the program changes below.
+    let late = (13..=21).map(|response| Fault::at_response(response, FaultKind::Delay(LATE)));
+    let txt = late.fold(strict(), SimulatedTxtBuilder::fault).start().unwrap();
+    let handler = handler_for(&txt).areas(MAX_AREAS).lock_step().build().unwrap();
+    handler.begin_transfer().unwrap();
+    drop(handler.areas().wait_cycle().unwrap());
+    let mut areas = handler.areas().lock();
+    areas.iter_mut().for_each(FishX1Transfer::raise_config_id);
+    areas[LOCAL_IO].output.duty[0] = 512;
+    drop(areas);
+    let configurations = |machine: &Machine| {
+        machine.commands().filter(|command| *command == CommandId::UpdateConfig).count()
+    };
+    thread::scope(|scope| {
+        scope.spawn(|| handler.areas().wait_cycle().map(drop));
+        wait_until(&txt, "a second configuration", |machine| configurations(machine) > MAX_AREAS);
+        handler.end_transfer().unwrap();
+    });
+    txt.with_machine(|machine| {
+        assert!(configurations(machine) < 2 * MAX_AREAS, "all of them came first");
+        assert_eq!(machine.commands().last(), Some(CommandId::StopOnline));
+        // The first one and the last: none with the new outputs came between.
+        assert_eq!(machine.exchanges(), 2);
+        assert_eq!(machine.controllers[0].outputs.duty[0], 0);
+    });
 }

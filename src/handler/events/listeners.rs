@@ -241,7 +241,7 @@ mod tests {
         let extensions = subscribe(&shared, &[EventKind::ExtensionChanged], 9);
         let nothing = subscribe(&shared, &[], 9);
         for _ in 0..5 {
-            shared.state().deliver(&Inputs::default(), 0);
+            shared.state().deliver(&Inputs::default());
         }
         let late = subscribe(&shared, EventKind::ALL, 9);
         send_change(&shared, 1, 5);

@@ -13,9 +13,7 @@ use crate::error::Error;
 use crate::exchange::{Exchange, Inputs, Outgoing};
 use crate::firmware::FirmwareVersion;
 use crate::handler::sync::{now, pass};
-use crate::wire::{
-    ExchangeData, ExchangeDataResponse, QueryStatusResponse, StartCameraOnline, UpdateConfig,
-};
+use crate::wire::{ExchangeData, ExchangeDataResponse, QueryStatusResponse, StartCameraOnline};
 
 /// How long an exchange takes.
 const PACE: Duration = Duration::from_millis(10);
@@ -148,16 +146,13 @@ impl TxtClient {
         Ok(())
     }
 
-    pub(crate) fn update_config(&mut self, _: &UpdateConfig) -> Result<(), Error> {
-        Ok(())
-    }
-
     pub(crate) fn update_configs(
         &mut self,
         exchange: &mut Exchange,
         areas: &[Outgoing],
+        goes_on: impl Fn() -> bool,
     ) -> Result<u64, Error> {
-        Ok(std::iter::from_fn(|| exchange.next_config(areas)).count() as u64)
+        Ok(std::iter::from_fn(|| exchange.next_config(areas, &goes_on)).count() as u64)
     }
 
     pub(crate) fn exchange<'a>(

@@ -16,7 +16,7 @@ const ORDERS: usize = 700;
 
 fn deliver(shared: &Shared) {
     let (before, now) = (&mut Inputs::default(), &mut Inputs::default());
-    shared.deliver(&Inputs::default(), 0, before, now);
+    shared.deliver(&Inputs::default(), before, now);
 }
 
 /// The response of a new connection is delivered, and the connection is lost before anything else happens. With a

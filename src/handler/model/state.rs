@@ -30,7 +30,7 @@ fn exchange(shared: &Shared, responses: i16, window: Duration) -> Vec<Outgoing> 
     for number in 1..=responses {
         let mut inputs = Inputs::default();
         inputs.take_simple(ExchangeDataResponse { uni: [number; 8], ..Default::default() });
-        let (_, locked) = shared.deliver(&inputs, 0, &mut before, &mut now);
+        let (_, locked) = shared.deliver(&inputs, &mut before, &mut now);
         let stop = shared.hold_window(locked, window, &mut areas);
         requests.push(areas[0]);
         if stop.is_some() {
@@ -144,7 +144,7 @@ fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thr
         while shared.hold_window(None, WINDOW, &mut areas).is_none() {
             requests.push(areas[0].output.duty);
             let (mut before, mut now) = (Inputs::default(), Inputs::default());
-            shared.deliver(&Inputs::default(), 0, &mut before, &mut now);
+            shared.deliver(&Inputs::default(), &mut before, &mut now);
         }
         shared.finish(None);
         program.join().unwrap();

@@ -181,7 +181,7 @@ mod tests {
     /// A response comes in; its window stays open.
     fn respond(area: &TransferAreas) {
         let nothing = &mut Inputs::default();
-        area.shared().deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
+        area.shared().deliver(&Inputs::default(), nothing, &mut Inputs::default());
     }
 
     /// The response that a wait for one `after` another finds immediately.

@@ -88,6 +88,9 @@ impl<'a> Cycle<'a> {
             }
         }
         self.run_command()?;
+        if let Some(stop) = self.update_configs()? {
+            return Ok(Some(stop));
+        }
         let (delivery, locked) = self.exchange()?;
         Ok(self.finish(&delivery, locked))
     }
@@ -108,17 +111,30 @@ impl<'a> Cycle<'a> {
         self.shared.hold_window(locked, self.window, &mut self.areas)
     }
 
-    /// Sends what has changed, and delivers the response, as [`Shared::deliver`].
-    fn exchange(&mut self) -> Result<(Delivery, Option<MutexGuard<'a, State>>), Error> {
-        let Link { client, exchange } = &mut self.link;
+    /// Sends the configurations that have changed. Returns a stop that came meanwhile: the exchange that stops the motors
+    /// needs none of them, and each waits for an answer.
+    fn update_configs(&mut self) -> Result<Option<Stop>, Error> {
+        let (Link { client, exchange }, shared) = (&mut self.link, self.shared);
         if self.configs_changed {
             self.configs_before = *exchange.sent_configs();
         }
-        let config_updates = client.update_configs(exchange, &self.areas)?;
+        let goes_on = || shared.stop().is_none();
+        let config_updates = client.update_configs(exchange, &self.areas, goes_on)?;
         self.configs_changed = config_updates > 0;
+        if !self.configs_changed {
+            return Ok(None);
+        }
+        let mut state = shared.state();
+        state.statistics.config_updates += config_updates;
+        Ok(state.transfer.stop())
+    }
+
+    /// Exchanges outputs for inputs, and delivers the response, as [`Shared::deliver`].
+    fn exchange(&mut self) -> Result<(Delivery, Option<MutexGuard<'a, State>>), Error> {
+        let Link { client, exchange } = &mut self.link;
         let inputs = client.exchange(exchange, &self.areas)?;
         let (before, now) = (&mut self.inputs_before, &mut self.inputs);
-        let (delivery, locked) = self.shared.deliver(inputs, config_updates, before, now);
+        let (delivery, locked) = self.shared.deliver(inputs, before, now);
         if delivery.logged {
             let sent = (&*self.areas, exchange.sent_configs());
             self.shared.log(&delivery.response, sent, exchange.inputs());
@@ -202,6 +218,7 @@ impl<'a> Cycle<'a> {
         self.link = link;
         self.areas = self.shared.outgoing();
         self.shared.state().camera.restart_at = camera;
+        self.update_configs()?;
         let (delivery, _) = self.exchange()?;
         Ok(delivery)
     }

@@ -105,12 +105,8 @@ pub(crate) fn connect(
     exchange.name_peer(settings.peer());
     exchange.tell_silence(settings.silence_is_done);
     let areas = shared.outgoing();
-    let mut config_updates = 0;
     // Whoever ends the transfer meanwhile waits for the exchange that stops the motors, which needs none of them.
-    while shared.stop().is_none() {
-        let Some(update) = exchange.next_config(&areas) else { break };
-        client.update_config(&update)?;
-        config_updates += 1;
-    }
+    let config_updates =
+        client.update_configs(&mut exchange, &areas, || shared.stop().is_none())?;
     Ok((Link { client, exchange }, config_updates))
 }

@@ -86,7 +86,6 @@ impl Shared {
     pub(crate) fn deliver(
         &self,
         inputs: &Inputs,
-        config_updates: u64,
         before: &mut Inputs,
         now: &mut Inputs,
     ) -> (Delivery, Option<MutexGuard<'_, State>>) {
@@ -97,7 +96,7 @@ impl Shared {
         if !listened.is_empty() {
             before.clone_from(state.incoming());
         }
-        let response = state.deliver(inputs, config_updates);
+        let response = state.deliver(inputs);
         if !listened.is_empty() {
             now.clone_from(state.incoming());
         }

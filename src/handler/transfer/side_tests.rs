@@ -3,7 +3,7 @@ use crate::handler::program::known::Known;
 
 fn deliver(shared: &Shared) {
     let nothing = &mut Inputs::default();
-    shared.deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
+    shared.deliver(&Inputs::default(), nothing, &mut Inputs::default());
 }
 
 #[test]
