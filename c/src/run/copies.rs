@@ -80,8 +80,10 @@ pub(crate) struct Copies {
     pub(crate) of: BTreeMap<PathBuf, PathBuf>,
     /// Files of the program in place of which our headers are used.
     pub(crate) passed_over: BTreeSet<PathBuf>,
-    /// The folders of copied files, and those of their copies.
+    /// The folders of copied files, and those of their copies: below a folder of its own, with so many of the folders above
+    /// as includes may go up.
     folders: BTreeMap<PathBuf, PathBuf>,
+    levels: usize,
 }
 
 impl Copies {
@@ -96,7 +98,7 @@ impl Copies {
                 (path.as_path(), all.collect())
             })
             .collect();
-        let mut copies = Self::default();
+        let mut copies = Self { levels: levels(own), ..Self::default() };
         copies.choose(&meanings, to);
         for (path, copy) in &copies.of {
             if own.includes_next(path) {
@@ -112,10 +114,10 @@ impl Copies {
         let with_more = copies.of.keys().filter(|path| own.files[*path].may_have_more_includes());
         let with_more: BTreeSet<&Path> = with_more.map(|path| folder_of(path)).collect();
         for folder in with_more {
-            let place = &copies.folders[folder];
-            stand_in(folder, place, headers)?;
-            if let Some(around) = place.parent() {
-                stand_in(&folder.join(".."), around, headers)?;
+            let mut above = folder.to_owned();
+            for place in copies.folders[folder].ancestors().take_while(|place| *place != to) {
+                stand_in(&above, place, headers)?;
+                above.push("..");
             }
         }
         Ok(copies)
@@ -124,10 +126,12 @@ impl Copies {
     /// Where the copy of a file goes: to those from its folder.
     fn place(&mut self, path: &Path, to: &Path) -> PathBuf {
         let folder = folder_of(path).to_owned();
-        let number = self.folders.len().to_string();
+        let (number, levels) = (self.folders.len().to_string(), self.levels);
         let place = self.folders.entry(folder).or_insert_with_key(|folder| {
             let folder = folder.canonicalize().unwrap_or_else(|_| folder.clone());
-            to.join(number).join(folder.file_name().unwrap_or("root".as_ref()))
+            let names: Vec<_> =
+                folder.ancestors().map_while(Path::file_name).take(levels).collect();
+            names.into_iter().rev().fold(to.join(number), |place, name| place.join(name))
         });
         place.join(path.file_name().unwrap_or_default())
     }
@@ -185,6 +189,13 @@ impl Copies {
         copy.extend_from_slice(&text[end..]);
         copy
     }
+}
+
+/// How many folders up an include may go that is put together from macros: from all that the program's files have, or two
+/// more by the compiler's options.
+fn levels(own: &OwnFiles) -> usize {
+    let ups = |code: &[u8]| code.windows(2).filter(|two| *two == b"..").count();
+    2 + own.files.values().map(|file| ups(&file.code)).sum::<usize>()
 }
 
 /// Puts something in a folder of copies for each other file of their own folder, and for each folder there. A copy may

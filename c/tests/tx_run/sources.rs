@@ -329,6 +329,23 @@ fn a_source_that_is_copied_includes_what_lies_beside_it() {
         let flags = format!("{option} inc");
         says_in_both_spellings(&files, &[("CFLAGS", &flags)], "own own own own\n");
     }
+    // Also from folders above.
+    let files = [
+        (
+            "a/b/c/src/a.c",
+            "#define ABOVE \"../../../above.h\"\n#include ABOVE\n#include \"more.h\"\n\
+             #if __has_include(\"../../d/asked.h\")\n#include \"../../d/asked.h\"\n#endif\n\
+             int main(void) { puts(SPEED ASKED MORE); return 0; }\n",
+        ),
+        ("a/b/c/src/more.h", "#define MORE \"own\"\n"),
+        ("a/above.h", "#include \"speed.h\"\n"),
+        ("a/speed.h", "#define SPEED \"own \"\n"),
+        ("a/b/d/asked.h", "#define ASKED \"own \"\n"),
+        ("x/y/z/none.h", ""),
+        ("x/d/asked.h", "#define ASKED \"inc \"\n"),
+        ("above.h", "#define SPEED \"inc \"\n"),
+    ];
+    says_in_both_spellings(&files, &[("CFLAGS", "-Ix/y/z")], "own own own\n");
     // A header elsewhere does not look beside the source.
     let files = [
         ("src/a.c", "#include \"first.h\"\nint main(void) { puts(MORE); return 0; }\n"),
