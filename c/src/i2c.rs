@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use ft_transfer_area::{Error, I2cClient};
 
@@ -17,7 +17,7 @@ use crate::errors::{
     FTLIB_I2C_INVALID_DEV_ADDR,
 };
 use crate::process;
-use crate::report::Repeated;
+use crate::report;
 
 /// `I2C_SUCCESS`.
 pub(crate) const I2C_SUCCESS: u16 = 0;
@@ -213,7 +213,6 @@ impl I2cThread {
             host: host.to_owned(),
             connect,
             client: None,
-            reported: Repeated::default(),
             ending: Arc::clone(&ending),
             _alive: alive,
         };
@@ -262,7 +261,6 @@ struct Worker<C> {
     host: String,
     connect: C,
     client: Option<I2cClient>,
-    reported: Repeated,
     ending: Arc<AtomicBool>,
     _alive: mpsc::Sender<()>,
 }
@@ -275,9 +273,7 @@ impl<C: FnMut() -> Result<I2cClient, Error>> Worker<C> {
                 return;
             }
             if let Err(error) = &result {
-                if let Some(line) = self.reported.line(&format!("{error:#}"), Instant::now()) {
-                    log::warn!("{}, I2C: {line}", self.host);
-                }
+                report::warning(format_args!("{}, I2C: {error:#}", self.host));
             }
             done(*result.as_ref().unwrap_or(&0), request.status(result.is_ok()));
         }

@@ -75,6 +75,8 @@ impl Controllers {
 #[derive(Debug, Default)]
 pub(crate) struct Followed {
     drives: Option<u64>,
+    /// The one that has gone online last; 0 before that.
+    last: u64,
     /// Open ones that were online while another one went online.
     displaced: BTreeSet<u64>,
 }
@@ -87,7 +89,7 @@ impl Followed {
             Happened::Online => {
                 self.displaced.extend(self.drives);
                 self.displaced.remove(&connection);
-                self.drives = Some(connection);
+                (self.drives, self.last) = (Some(connection), connection);
             }
             Happened::Offline(_) => {
                 self.drives.take_if(|drives| *drives == connection);
@@ -110,16 +112,20 @@ impl Followed {
     }
 
     /// Whether this is about another connection. While none drives, that is one that another program has displaced; only
-    /// what becomes of its motors counts then.
+    /// what becomes of its motors counts then. That motors may go on always counts.
     pub(crate) fn is_other(&self, seen: &Seen) -> bool {
         let connection = seen.connection;
-        match self.drives {
-            Some(number) => number != connection,
-            None => {
-                let is_displaced = self.displaced.contains(&connection);
-                is_displaced && !matches!(seen.what, Happened::Halted { .. })
-            }
+        match (self.drives, &seen.what) {
+            (_, Happened::Halted { error: Some(_), .. }) | (None, Happened::Halted { .. }) => false,
+            (Some(number), _) => number != connection,
+            (None, _) => self.displaced.contains(&connection),
         }
+    }
+
+    /// Whether a connection to the camera is older than that of the program: then it is another program's, and perhaps to
+    /// another controller.
+    pub(crate) fn is_older(&self, camera: &Seen) -> bool {
+        camera.connection < self.last
     }
 }
 
@@ -134,9 +140,9 @@ pub(crate) enum Gone {
     Closed,
     Reset,
     Silent,
-    /// The controller has ended the connection, and no program has come back.
+    /// The controller has ended the connection.
     Lost,
-    /// The controller has not answered the program's StopOnline, and no program has come back.
+    /// The controller has not answered the program's StopOnline.
     Unanswered,
     /// `txt watch` itself ends.
     Watch,
@@ -170,12 +176,12 @@ impl fmt::Display for Gone {
                 let seconds = SILENCE.as_secs_f64();
                 write!(f, "the program was online, and neither it nor the controller said anything for {seconds} s")
             }
-            Self::Lost => f.write_str(
-                "the controller has ended the connection of a program that was online, and none has come back",
-            ),
-            Self::Unanswered => f.write_str(
-                "the controller has not answered the program's StopOnline, and no program has come back",
-            ),
+            Self::Lost => {
+                f.write_str("the controller has ended the connection of a program that was online")
+            }
+            Self::Unanswered => {
+                f.write_str("the controller has not answered the program's StopOnline")
+            }
             Self::Watch => f.write_str("txt watch ends while a program is online"),
             Self::Page => f.write_str("the program was disconnected on the page of txt watch"),
         }

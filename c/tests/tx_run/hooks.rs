@@ -57,10 +57,12 @@ fn an_error_of_i2c_is_not_said_again_and_again() {
         return;
     }
     let txt = txt().start().unwrap();
-    let ended = run_on(&txt, "i2c_missing.c", "").end();
-    ended.well();
-    let who = format!("{}, I2C: ", txt.address());
-    assert_eq!(ended.err.matches(&who).count(), 1, "{}", ended.err);
+    for program in ["i2c_missing.c", "i2c_reopened.c"] {
+        let ended = run_on(&txt, program, "").end();
+        ended.well();
+        let who = format!("{}, I2C: ", txt.address());
+        assert_eq!(ended.err.matches(&who).count(), 1, "{program}: {}", ended.err);
+    }
     // Nor by the simulated TXT in its place.
     let mut command = tx_run(&["--world", "none"]);
     let ended = Run::start(command.arg(program("i2c_missing.c")).env_remove("RUST_LOG")).end();

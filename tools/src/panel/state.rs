@@ -107,6 +107,8 @@ struct MotorState {
 /// What a page shows only of a controller that is watched.
 #[derive(Serialize)]
 pub(super) struct WatchedState<'a> {
+    /// Another one with each program that is shown.
+    pub(super) program: u64,
     /// `None` before the first.
     pub(super) answer: Option<AnswerState>,
     /// Commands that were not an exchange.

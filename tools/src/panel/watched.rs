@@ -47,9 +47,13 @@ pub(crate) struct Watched {
     /// The connection of a program that is not understood.
     unclear: Option<u64>,
     said: Controllers,
+    /// Counts the programs that are shown.
+    program: u64,
     /// Name and firmware of the controller that is shown.
     controller: Option<(String, String)>,
     error: Option<Problem>,
+    /// The connection of which that is told.
+    error_of: u64,
     /// What is told of a connection that need not be the program's, where there is no error of the program.
     beside: Option<Beside>,
     /// None before the program's first exchange.
@@ -95,8 +99,10 @@ impl Watched {
             pictures: 0,
             unclear: None,
             said: Controllers::default(),
+            program: 0,
             controller: None,
             error: None,
+            error_of: 0,
             beside: None,
             areas: Vec::new(),
             cycle_ms: 0.0,
@@ -128,12 +134,19 @@ impl Watched {
         let is_other = seen.line == Line::Main && self.followed.is_other(seen);
         // Nothing that others say hides that motors may go on.
         let warns = self.error.as_ref().is_some_and(|error| MOTORS_MAY_GO_ON.contains(&error.code));
-        let is_hidden = is_other || (warns && !matches!(seen.what, Happened::Halted { .. }));
+        let says_more = match seen.what {
+            Happened::Halted { error: Some(_), .. } => true,
+            Happened::Halted { .. } => seen.connection == self.error_of,
+            _ => false,
+        };
+        let is_hidden = is_other || (warns && !says_more);
         let of = (seen.line, seen.connection);
         if let Some(error) = problem(seen).filter(|_| !is_hidden) {
             let is_own = error.code != UNKNOWN || self.followed.drives();
             match seen.line {
-                Line::Main if is_own => self.error = Some(error),
+                Line::Main if is_own => {
+                    (self.error, self.error_of) = (Some(error), seen.connection)
+                }
                 _ => self.beside = Some(Beside { error, of, until: None }),
             }
         }
@@ -203,6 +216,7 @@ impl Watched {
 
     /// Nothing of the program before is shown any more.
     fn forget(&mut self) {
+        self.program += 1;
         (self.histogram, self.answers) = Default::default();
         (self.cycles, self.late, self.forgotten, self.commands) = Default::default();
         (self.areas, self.cycle_ms, self.i2c) = Default::default();
@@ -211,7 +225,7 @@ impl Watched {
 
     fn of_camera(&mut self, seen: &Seen) {
         match &seen.what {
-            Happened::Picture(frame) => {
+            Happened::Picture(frame) if !self.followed.is_older(seen) => {
                 self.pictures = seen.connection;
                 self.camera.show(frame, || true);
             }
@@ -273,7 +287,7 @@ impl Watched {
         });
         let (answer, commands, shut) = (self.answers.state(), self.commands, self.gate.is_shut());
         let beside = self.beside.as_ref().map(|beside| &beside.error);
-        let watched = WatchedState { answer, commands, i2c, shut, beside };
+        let watched = WatchedState { program: self.program, answer, commands, i2c, shut, beside };
         let (name, firmware) = self.controller.clone().unzip();
         let areas = match &self.areas[..] {
             [] => state::areas(&[unknown_area()], false),

@@ -22,6 +22,9 @@ use crate::seen::{
 /// How a transfer has ended that its program did not end.
 const CLOSED: &str = "the connection was closed before the program went offline";
 
+/// Of how many programs before is told during one transfer.
+const LEFT_ON: usize = 8;
+
 /// How a transfer ends.
 #[derive(Clone, Copy)]
 enum End {
@@ -45,6 +48,8 @@ pub(super) struct Record {
     halted: Option<String>,
     /// What comes on other connections is not in the recording.
     followed: Followed,
+    /// Motors of programs before that may go on, to be told when the transfer has ended.
+    left_on: Vec<String>,
     /// A command of it without a response, and from when to when that was waited for.
     unanswered: Option<Unanswered>,
     /// What it has sent beyond the last answer, and what was left out.
@@ -170,6 +175,7 @@ impl Record {
             unclear: None,
             halted: None,
             followed: Followed::default(),
+            left_on: Vec::new(),
             unanswered: None,
             beyond: Beyond::default(),
             statistics: Statistics::default(),
@@ -188,15 +194,29 @@ impl Record {
             }
             Line::Main | Line::I2c => {}
             Line::Camera => {
-                if let Happened::Picture(frame) = &seen.what {
-                    match &self.into {
-                        Into::File(file) => file.frames.record(frame),
-                        Into::Memory(keeper) => keeper.picture(frame),
-                    }
+                let picture = match &seen.what {
+                    Happened::Picture(frame) if !self.followed.is_older(seen) => Some(frame),
+                    _ => None,
+                };
+                match (picture, &self.into) {
+                    (Some(frame), Into::File(file)) => file.frames.record(frame),
+                    (Some(frame), Into::Memory(keeper)) => keeper.picture(frame),
+                    (None, _) => {}
                 }
             }
         }
         self.followed.take(seen);
+        if !self.followed.drives() {
+            self.tell_left_on(seen.at);
+        }
+    }
+
+    /// Tells of motors of programs before.
+    fn tell_left_on(&mut self, at: Instant) {
+        for error in std::mem::take(&mut self.left_on) {
+            let failure = Failure { kind: FailureKind::Other, error };
+            self.into.transfer(at, Transfer::EndedBy(failure));
+        }
     }
 
     /// What is to be done from time to time.
@@ -231,13 +251,12 @@ impl Record {
             }
             Happened::Unanswered(them) => self.beyond = Beyond::of(them),
             Happened::Halted { gone, error } => {
-                let error = halted(*gone, error.as_ref());
-                if self.followed.drives() {
-                    self.halted = Some(error);
-                } else {
-                    // By a connection of its own.
-                    let failure = Failure { kind: FailureKind::Other, error };
-                    self.into.transfer(seen.at, Transfer::EndedBy(failure));
+                let text = halted(*gone, error.as_ref());
+                if self.followed.driving() == Some(seen.connection) {
+                    self.halted = Some(text);
+                } else if !self.left_on.contains(&text) && self.left_on.len() < LEFT_ON {
+                    // By a connection of its own, or of a program before.
+                    self.left_on.push(text);
                 }
             }
             Happened::Offline(farewell) => self.ended(seen.at, End::Offline(*farewell)),
@@ -342,7 +361,8 @@ impl Record {
     }
 
     /// Ends the file, and says what is in it.
-    pub(super) fn finish(self) -> anyhow::Result<()> {
+    pub(super) fn finish(mut self) -> anyhow::Result<()> {
+        self.tell_left_on(Instant::now());
         match self.into {
             Into::File(file) => file.finish(),
             Into::Memory(keeper) => {

@@ -1,13 +1,13 @@
 //! This library's handler through it: cycles, reconnects, camera, I2C, a recording.
 
 use std::io::{Read, Write};
-use std::net::TcpListener;
+use std::net::{TcpListener, TcpStream};
 use std::process::Command;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Direction, Input, Motor};
-use ft_transfer_area::wire::CommandId;
+use ft_transfer_area::wire::{CameraFrameHeader, CommandId};
 use ft_transfer_area::{
     CameraOptions, FishX1Transfer, I2cClient, TimeLimits, TransferAreaComHandler,
 };
@@ -70,6 +70,44 @@ pub(super) fn transfers(path: &std::path::Path) -> Vec<Transfer> {
     let transfer =
         |what| if let Recorded::Transfer(transfer) = what { Some(transfer) } else { None };
     entries.filter_map(transfer).collect()
+}
+
+/// Sends a picture to the client of a camera.
+fn send_picture(client: &mut TcpStream) {
+    let picture = [0xFF, 0xD8, 0xFF, 0xD9];
+    let mut packet = Vec::new();
+    let (width, height, size_compressed) = (320, 240, picture.len() as i32);
+    CameraFrameHeader { frames_ready: 0, width, height, size_raw: 153_600, size_compressed }
+        .emit(&mut packet);
+    packet.extend(picture);
+    client.write_all(&packet).unwrap();
+}
+
+/// The connection to the camera is still that to the controller of the program before, where another one has its place.
+#[test]
+fn the_page_shows_no_picture_of_a_connection_that_is_older_than_the_program() {
+    let txt = at_free_ports(|port| SimulatedTxt::builder().port(port).camera_port(0));
+    let camera = TcpListener::bind(("127.0.0.1", txt.port() + 1)).unwrap();
+    let watch = Watch::start(txt.address(), &[]);
+    let mut page = watch.page();
+    let to = ([127, 0, 0, 1], watch.port).into();
+    let to_camera = ([127, 0, 0, 1], watch.port + 1).into();
+    let first = KitClient::online(to);
+    let mut first_watches = connect(to_camera);
+    let mut shown_first = accept(&camera);
+    send_picture(&mut shown_first);
+    page.state(0, |state| state["camera"]["frames"] == 1);
+    first.end();
+    let second = KitClient::online(to);
+    send_picture(&mut shown_first);
+    // It has passed.
+    first_watches.read_exact(&mut [0; 2 * (CameraFrameHeader::LEN + 4)]).unwrap();
+    let _second_watches = connect(to_camera);
+    send_picture(&mut accept(&camera));
+    let state = page
+        .state(0, |state| state["link"]["phase"] == "running" && state["camera"]["frames"] != 0);
+    assert_eq!(state["camera"]["frames"], 1, "{state}");
+    second.end();
 }
 
 #[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
@@ -208,12 +246,12 @@ fn the_page_shows_nothing_of_a_program_before() {
     handler.i2c().unwrap().read(0x18, 7, &mut [0]).unwrap();
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
     frames.recv_timeout(LIMIT).unwrap();
-    let state = page.state(0, |state| {
+    let before = page.state(0, |state| {
         let is_shown = state["areas"][0]["motors"][1]["duty"][0] == 400;
         is_shown && !state["watched"]["i2c"].is_null() && state["camera"]["frames"] != 0
     });
-    assert_eq!(state["areas"][0]["inputs"][2]["mode"], "voltage");
-    assert!(state["watched"]["commands"].as_u64() > Some(1), "{state}");
+    assert_eq!(before["areas"][0]["inputs"][2]["mode"], "voltage");
+    assert!(before["watched"]["commands"].as_u64() > Some(1), "{before}");
     handler.stop_camera().unwrap();
     handler.end_transfer().unwrap();
     page.state(0, |state| state["link"]["phase"] == "idle");
@@ -226,6 +264,8 @@ fn the_page_shows_nothing_of_a_program_before() {
     assert_eq!((&area["alive"], &area["motors"][1]["duty"][0]), (&false.into(), &0.into()));
     assert_eq!(area["inputs"][2]["mode"], "");
     assert!(state["watched"]["i2c"].is_null(), "{state}");
+    // So it is seen that this is another program, whatever a page has missed.
+    assert_ne!(state["watched"]["program"], before["watched"]["program"]);
     // StartOnline.
     assert_eq!(state["watched"]["commands"], 1);
     assert_eq!(state["camera"]["frames"], 0);

@@ -5,7 +5,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::process::Stdio;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::wire::{
@@ -17,6 +17,7 @@ use serde_json::{json, Value};
 use socket2::SockRef;
 
 use super::away::{at_free_ports, started};
+use super::clients::transfers;
 use super::support::{accept, command, connect, listener, logged, Duties, KitClient, Watch};
 use super::LIMIT;
 use crate::recording::said;
@@ -345,6 +346,48 @@ fn another_controller_is_not_stopped_in_place_of_the_one_that_was_driven() {
         let commands: Vec<_> = second.with_machine(|machine| machine.commands().collect());
         assert_eq!(commands.contains(&CommandId::StartOnline), comes_back, "{commands:?}");
     }
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn page_and_recording_tell_of_motors_of_a_replaced_controller_while_another_program_drives() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let first = at_free_ports(|port| SimulatedTxt::builder().port(port).device_name("FIRST"));
+    let (address, port) = (first.address(), first.port());
+    let watch = Watch::start(address, &["--record", path.to_str().unwrap()]);
+    let mut page = watch.page();
+    let mut driven = program(&watch);
+    driven.exchange(M1);
+    drop(first);
+    drop(driven);
+    let _second = started(|| SimulatedTxt::builder().port(port).device_name("SECOND"));
+    let mut next = program(&watch);
+    let begun = Instant::now();
+    let told = loop {
+        assert!(begun.elapsed() < LIMIT, "nothing is told");
+        next.exchange([0; 8]);
+        let state = page.state(0, |_| true);
+        if !state["link"]["error"].is_null() {
+            break state;
+        }
+    };
+    assert_eq!(told["link"]["error"]["code"], "halt_failed", "{told}");
+    let text = told["link"]["error"]["text"].as_str().unwrap();
+    assert!(text.contains("SECOND answers there in place of FIRST"), "{text}");
+    next.exchange([0; 8]);
+    next.end();
+    let after = page.state(0, |state| state["link"]["phase"] == "idle");
+    assert_eq!(after["link"]["error"]["text"], text);
+    watch.running.signal("INT");
+    assert!(watch.running.end().status.success());
+    let transfers = transfers(&path);
+    let [Transfer::Began { device_name: one, .. }, Transfer::EndedBy(_), Transfer::Began { device_name: other, .. }, Transfer::Ended, Transfer::EndedBy(left)] =
+        &transfers[..]
+    else {
+        panic!("{transfers:?}")
+    };
+    assert_eq!((one.as_str(), other.as_str(), left.error.as_str()), ("FIRST", "SECOND", text));
 }
 
 /// The first program has not closed its connection.

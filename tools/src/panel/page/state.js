@@ -37,7 +37,7 @@ class Host {
 
   push(state) {
     // The next program that is watched, perhaps at another controller.
-    if (state.watched && state.link.cycles < this.state?.link.cycles) this.forget();
+    if (state.watched?.program !== this.state?.watched?.program) this.forget();
     state.areas.forEach((area, index) => {
       if (area.alive) this.seen.add(index);
       area.inputs.forEach((input, number) => {
