@@ -144,7 +144,7 @@ impl Kit {
         self.areas.copy_to(array);
         mirror.put_out_configs(&mut link.areas);
         // With all outputs 0: the response has the ids of the commands that the controller knows.
-        link.client.do_transfer(&mut link.compressed, &mut link.areas)?;
+        exchange(&mut link.client, &mut link.compressed, &mut link.areas)?;
         mirror.begin(&link.areas);
         *place = Some(link);
         Ok(())
@@ -156,10 +156,7 @@ impl Kit {
         let link = link.as_mut().ok_or(NO_TRANSFER)?;
         self.areas.copy_to(array);
         mirror.put_out_configs(&mut link.areas);
-        while let Some(update) = link.compressed.next_update_config(&link.areas) {
-            link.client.update_config(&update)?;
-        }
-        Ok(())
+        Ok(update_configs(&mut link.client, &mut link.compressed, &link.areas)?)
     }
 
     pub(super) fn transfer(&self, mode: TransferMode) -> Result<(), Failure> {
@@ -168,11 +165,12 @@ impl Kit {
         let link = link.as_mut().ok_or(NO_TRANSFER)?;
         self.areas.copy_to(array);
         mirror.put_out(&mut link.areas);
-        let exchange = match mode {
+        let by = match mode {
             TransferMode::Simple => &mut link.simple,
             _ => &mut link.compressed,
         };
-        if let Err(error) = link.client.do_transfer(exchange, &mut link.areas) {
+        if let Err(error) = exchange(&mut link.client, by, &mut link.areas) {
+            exit::check_goes_on()?;
             link.online = None;
             return Err(error.into());
         }
@@ -237,12 +235,38 @@ impl Kit {
     }
 }
 
+/// Hands over the configurations that have changed. Before each one it looks whether the program ends: its end waits for
+/// the answer that is under way, and not for all.
+fn update_configs(
+    client: &mut TxtClient,
+    by: &mut Exchange,
+    areas: &[FishX1Transfer],
+) -> Result<(), Error> {
+    while let Some(update) = by.next_update_config(areas) {
+        exit::check_goes_on()?;
+        client.update_config(&update)?;
+    }
+    exit::check_goes_on()
+}
+
+/// The same, then an exchange.
+fn exchange(
+    client: &mut TxtClient,
+    by: &mut Exchange,
+    areas: &mut [FishX1Transfer],
+) -> Result<(), Error> {
+    update_configs(client, by, areas)?;
+    client.do_transfer(by, areas)
+}
+
 impl Link {
     /// Stops the motors, then the camera, and ends online mode. The firmware of a TXT leaves outputs as they are at
     /// StopOnline and at a close, so an exchange with all duties 0 comes first.
     fn leave(&mut self, camera: Option<Camera>) -> Result<(), Error> {
         self.areas.iter_mut().for_each(|area| *area.output.duty = [0; 8]);
         self.compressed.end_sounds();
+        // A configuration that has changed is of no use any more.
+        while self.compressed.next_update_config(&self.areas).is_some() {}
         self.client.do_transfer(&mut self.compressed, &mut self.areas)?;
         if let Some(online) = self.online.take() {
             online.end();

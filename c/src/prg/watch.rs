@@ -21,8 +21,9 @@ const LOOK: Duration = Duration::from_millis(2);
 const CALL_LOOKS: u32 = 250;
 /// How many looks a program that is asked to end has for its call to return.
 const END_LOOKS: u32 = 5;
-/// How many looks the last exchange may last. Without it the connection closes, at which outputs may stay on.
-const LAST_EXCHANGE_LOOKS: u32 = 250;
+/// How many looks the last exchange may last: it waits for the answer that is under way. Without it the connection closes, at
+/// which outputs may stay on.
+const LAST_EXCHANGE_LOOKS: u32 = (exit::ANSWER_LIMIT.as_millis() / LOOK.as_millis()) as u32;
 /// How many looks it has to write what is left, when nothing moves.
 const FLUSH_LOOKS: u32 = 250;
 

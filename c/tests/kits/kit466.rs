@@ -2,11 +2,14 @@
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
+use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{InputMode, UniConfig};
-use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 
-use super::support::{compile, set_input, simulated, wait_duty, wait_offline, wait_until, Running};
+use super::support::{
+    compile, set_input, simulated, wait_duty, wait_offline, wait_stopped, wait_until, Running,
+};
 
 fn program() -> Option<&'static PathBuf> {
     static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
@@ -110,6 +113,19 @@ fn a_program_that_ends_while_the_thread_runs_leaves_no_motor_on() {
     set_input(&txt, 7, 1);
     running.end().well();
     wait_offline(&txt);
+}
+
+#[test]
+fn a_program_that_ends_while_configurations_are_on_their_way_leaves_no_motor_on() {
+    let late =
+        |response| Fault::at_response(response, FaultKind::Delay(Duration::from_millis(1200)));
+    let txt = (6..40).map(late).fold(simulated(), SimulatedTxtBuilder::fault).start().unwrap();
+    let Some(running) = begun(&txt, "configure") else { return };
+    set_input(&txt, 0, 1);
+    wait_duty(&txt, 0, 512);
+    set_input(&txt, 7, 1);
+    running.end().well();
+    wait_stopped(&txt);
 }
 
 #[test]

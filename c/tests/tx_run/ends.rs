@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use ft_transfer_area::wire::CommandId;
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 
 use super::support::{has_compiler, run_on, tx_run, txt, wait_for, Ended, Run};
 
@@ -93,6 +94,21 @@ fn exit_is_named() {
     if cfg!(all(unix, target_env = "gnu")) {
         ends("LEAVE=quick_exit(0)", "exit was called in PrgTic");
     }
+}
+
+#[test]
+fn the_last_exchange_waits_for_an_answer_that_is_late() {
+    if !has_compiler() {
+        return;
+    }
+    let late =
+        |response| Fault::at_response(response, FaultKind::Delay(Duration::from_millis(1200)));
+    let txt = (10..60).map(late).fold(txt(), SimulatedTxtBuilder::fault).start().unwrap();
+    let run = run_on(&txt, "ends.c", "-w -DEXIT");
+    let ended = goes_on_with_a_motor(&txt, run, press);
+    ended.badly("exit was called in PrgTic");
+    assert!(ended.err.contains("all outputs are off"), "{}", ended.err);
+    assert!(!ended.err.contains("no last exchange"), "{}", ended.err);
 }
 
 #[test]

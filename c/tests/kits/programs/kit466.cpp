@@ -105,6 +105,12 @@ static int with_thread(const string &what)
         cout << "again" << endl;
         while (TransArea[LOCAL_IO].ftX1in.uni[5] == 0) pause_ms(4);
     }
+    if (what == "configure") {
+        for (int i = 0; i < IF_TXT_MAX; i++) TransArea[i].ftX1state.config_id++;
+        // One of them is on its way.
+        pause_ms(1500);
+        return 0;
+    }
     // Without the end of the transfer: the destructor does that.
     if (what != "leave") delete com;
     return 0;
