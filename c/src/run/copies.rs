@@ -1,6 +1,7 @@
 //! Copies of the program's files, in which includes say what they mean.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -107,6 +108,12 @@ impl Copies {
                            includes, without copies of a kit's headers";
                 return Err(io::Error::other(format!("{file}: {why}")));
             }
+            if !can_be_quoted(&std::path::absolute(path)?) {
+                let file = path.display();
+                let why = "with a quotation mark in the name of the file or a folder, a source has to spell its includes as the \
+                           files are, without copies of a kit's headers";
+                return Err(io::Error::other(format!("{file}: {why}")));
+            }
             let text = copies.text(path, &own.files[path].text, own, &meanings[path.as_path()]);
             fs::create_dir_all(copy.parent().unwrap_or(to))?;
             fs::write(copy, text)?;
@@ -170,7 +177,7 @@ impl Copies {
     /// The text of a copy: its includes name what they mean, because nothing else lies beside it. What a compiler finds in
     /// other folders is left to it, unless that is a copy, too.
     fn text(&self, path: &Path, text: &[u8], own: &OwnFiles, meanings: &[Meaning]) -> Vec<u8> {
-        let mut copy = format!("#line 1 {}\n", quoted(path)).into_bytes();
+        let mut copy = [b"#line 1 ", quoted(path).as_encoded_bytes(), b"\n"].concat();
         let mut end = if text.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
         for (include, meaning) in own.files[path].includes.iter().zip(meanings) {
             let named = match meaning {
@@ -183,7 +190,7 @@ impl Copies {
                 Meaning::Ours { is_found: true, .. } | Meaning::Elsewhere => continue,
             };
             copy.extend_from_slice(&text[end..include.place.start]);
-            copy.extend_from_slice(quoted(&named).as_bytes());
+            copy.extend_from_slice(quoted(&named).as_encoded_bytes());
             end = include.place.end;
         }
         copy.extend_from_slice(&text[end..]);
@@ -204,13 +211,12 @@ fn levels(own: &OwnFiles) -> usize {
 fn stand_in(folder: &Path, place: &Path, headers: &Headers) -> io::Result<()> {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let (file, to) = (std::path::absolute(entry.path())?, place.join(entry.file_name()));
-        let can_be_quoted = file.to_str().is_some_and(|name| !name.contains(['"', '\n']));
         let name = entry.file_name().to_string_lossy().to_lowercase();
-        if to.exists() || !can_be_quoted || is_replaced(&file, &name, headers) {
+        if to.exists() || !can_be_quoted(&file) || is_replaced(&file, &name, headers) {
             continue;
         }
         if file.is_file() {
-            fs::write(to, format!("#include {}\n", quoted(&file)))?;
+            write_include(&to, &file)?;
         } else if cfg!(unix) && file.is_dir() {
             // Its files and those around it are then found as from the folder itself.
             #[cfg(unix)]
@@ -220,11 +226,27 @@ fn stand_in(folder: &Path, place: &Path, headers: &Headers) -> io::Result<()> {
     Ok(())
 }
 
-/// A path as C has it in quotes.
-pub(crate) fn quoted(path: &Path) -> String {
-    // Compilers for Windows know `/`, too, and `\` may mean something else.
-    let path = path.display().to_string();
-    format!("\"{}\"", if cfg!(windows) { path.replace('\\', "/") } else { path })
+/// A path as C has it in quotes, in whatever character set it is.
+pub(crate) fn quoted(path: &Path) -> OsString {
+    let mut quoted = OsString::from("\"");
+    if cfg!(windows) {
+        // Compilers for Windows know `/`, too, and `\` may mean something else.
+        quoted.push(path.display().to_string().replace('\\', "/"));
+    } else {
+        quoted.push(path);
+    }
+    quoted.push("\"");
+    quoted
+}
+
+/// Whether this is a name that C can have in quotes.
+fn can_be_quoted(path: &Path) -> bool {
+    !path.as_os_str().as_encoded_bytes().iter().any(|byte| [b'"', b'\n'].contains(byte))
+}
+
+/// Makes a file that is nothing but this other one.
+pub(crate) fn write_include(file: &Path, of: &Path) -> io::Result<()> {
+    fs::write(file, [b"#include ", quoted(of).as_encoded_bytes(), b"\n"].concat())
 }
 
 #[cfg(test)]
@@ -265,7 +287,7 @@ mod tests {
     }
 
     fn in_sources(path: &Path) -> String {
-        quoted(path).trim_matches('"').to_owned()
+        quoted(path).to_str().unwrap().trim_matches('"').to_owned()
     }
 
     impl Made {

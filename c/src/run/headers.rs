@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use include_dir::{include_dir, Dir};
 
-use crate::copies::quoted;
+use crate::copies::write_include;
 use crate::kind::Kind;
 
 static HEADERS: Dir = include_dir!("$CARGO_MANIFEST_DIR/include");
@@ -44,7 +44,7 @@ fn search(folder: &str, include: &Path, to: PathBuf) -> io::Result<PathBuf> {
         for (_, at) in names_in(name).filter(|(header, _)| is_first(header)) {
             fs::create_dir_all(&place)?;
             let file = at.file_name().unwrap_or_default();
-            fs::write(place.join(file), format!("#include {}\n", quoted(&include.join(at))))?;
+            write_include(&place.join(file), &include.join(at))?;
         }
     }
     Ok(to)
@@ -84,7 +84,7 @@ impl Headers {
             search(WINDOWS, &include, last.clone())?;
         }
         if let Some(common) = of_kit.get(COMMON) {
-            fs::write(last.join(COMMON), format!("#include {}\n", quoted(common)))?;
+            write_include(&last.join(COMMON), common)?;
         }
         Ok(Self { folders, last, of_kit, of_windows })
     }

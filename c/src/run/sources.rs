@@ -407,7 +407,8 @@ fn include_in(line: &[u8]) -> Option<(String, Range<usize>, bool)> {
     };
     let length = rest[1..].iter().position(|byte| *byte == close)?;
     let start = line.len() - rest.len() + mark;
-    let name = String::from_utf8_lossy(&rest[1..=length]).trim().to_owned();
+    // In another character set it is one that is not known.
+    let name = std::str::from_utf8(&rest[1..=length]).ok()?.trim().to_owned();
     Some((name, start..start + length + 2, close == b'"'))
 }
 

@@ -1,6 +1,7 @@
 //! Compiles sources, several at the same time, as far as the cache does not have them.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -242,8 +243,9 @@ impl Unit<'_> {
         let copy = copies.and_then(|it| it.of.get(self.path()));
         if copy.is_some() {
             // `__FILE__` is in the copy.
-            let name = format!("-D__BASE_FILE__={}", copies::quoted(self.path()));
-            command.args(["-Wno-builtin-macro-redefined", &name]);
+            let mut name = OsString::from("-D__BASE_FILE__=");
+            name.push(copies::quoted(self.path()));
+            command.arg("-Wno-builtin-macro-redefined").arg(name);
         }
         self.compiler.add_source(&mut command, copy.map_or(self.path(), PathBuf::as_path));
         command

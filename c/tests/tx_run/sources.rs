@@ -662,6 +662,55 @@ fn options_in_variables_need_not_be_utf_8() {
     assert_eq!(ended.status, Some(7), "{}", ended.err);
 }
 
+/// Such as an umlaut from an old archive.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_source_that_is_copied_may_have_names_in_another_character_set() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let own = folder.path().join(OsStr::from_bytes(b"Fr\xe4se"));
+    let umlaut = OsStr::from_bytes(b"\xe4.h");
+    std::fs::create_dir(&own).unwrap();
+    write(folder.path(), "inc/none.h", "");
+    std::fs::write(folder.path().join("inc").join(umlaut), "#define LATIN 4\n").unwrap();
+    std::fs::write(own.join(umlaut), "#define LATIN 1\n").unwrap();
+    write(&own, "config.h", "#define CONFIG 2\n");
+    for spelled in ["ftMscLib.h", "FTMSCLIB.H"] {
+        let text = format!(
+            "#include \"{spelled}\"\n#include \"config.h\"\n\
+             #if __has_include(\"config.h\")\n#define ASKED 10\n#else\n#define ASKED 20\n#endif\n"
+        );
+        let rest = b"#include \"\xe4.h\"\nint main(void) { return ASKED + CONFIG + LATIN; }\n";
+        std::fs::write(own.join("a.c"), [text.as_bytes(), rest].concat()).unwrap();
+        let mut command = tx_run(&["--world", "none", "-I"]);
+        let ended = Run::start(command.arg(folder.path().join("inc")).arg(own.join("a.c"))).end();
+        assert_eq!(ended.status, Some(13), "{spelled}: {}", ended.err);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_source_is_not_copied_out_of_a_folder_with_a_quotation_mark() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for (spelled, is_well) in [("ftMscLib.h", true), ("FTMSCLIB.H", false)] {
+        let text = format!("#include \"{spelled}\"\nint main(void) {{ return 0; }}\n");
+        write(folder.path(), "a \"b\"/a.c", &text);
+        let mut command = tx_run(&["a \"b\"/a.c", "--world", "none"]);
+        let ended = Run::start(command.current_dir(folder.path())).end();
+        match is_well {
+            true => ended.well(),
+            false => ended.badly("with a quotation mark in the name"),
+        }
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn zig_is_the_compiler_of_those_who_have_no_other() {
