@@ -41,14 +41,23 @@ impl Log for Stderr {
                     let line = record.args().to_string();
                     let peer = line.split_once(": ").map(|(peer, _)| format!("{peer}: "));
                     let peer = peer.unwrap_or_default();
-                    sentences::write(&format!("ft-transfer-area: {peer}{OFF}\n"));
+                    write_line(format_args!("{peer}{OFF}"));
                 }
-                _ => sentences::write(&format!("ft-transfer-area: {}\n", record.args())),
+                // What a call says was counted already.
+                (Level::Error | Level::Warn, target) if target != module_path!() => {
+                    let line = TOLD.lock().line(&record.args().to_string(), Instant::now());
+                    line.iter().for_each(write_line);
+                }
+                _ => write_line(record.args()),
             }
         }
     }
 
     fn flush(&self) {}
+}
+
+fn write_line(line: impl Display) {
+    sentences::write(&format!("ft-transfer-area: {line}\n"));
 }
 
 /// Shows warnings and errors from now on, or what the variable says. Does nothing the second time, and when

@@ -187,8 +187,9 @@ impl Kit {
 
     /// Ends the transfer, if there is one, with its motors stopped.
     pub(super) fn end(&self) -> Result<(), Failure> {
-        let link = self.transfer.lock().link.take();
-        leave(link, self.camera.lock().take());
+        // Under the lock: what ends the process meanwhile waits for it.
+        let mut transfer = self.transfer.lock();
+        leave(transfer.link.take(), self.camera.lock().take());
         Ok(())
     }
 

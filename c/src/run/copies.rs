@@ -2,14 +2,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
-use std::fs;
+use std::fs::{self, ReadDir};
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::headers::{Headers, COMMON};
 use crate::link::folder_of;
 use crate::read;
-use crate::sources::{without_comments, Found, Include, Own, OwnFiles};
+use crate::sources::{without_comments, Found, Include, Own, OwnFile, OwnFiles};
+
+/// How many folders up an include may go by the compiler's options.
+const BY_OPTIONS: usize = 2;
 
 /// What an include means, and whether a compiler finds it without our help.
 enum Meaning {
@@ -99,7 +102,8 @@ impl Copies {
                 (path.as_path(), all.collect())
             })
             .collect();
-        let mut copies = Self { levels: levels(own), ..Self::default() };
+        let ups = ups(own);
+        let mut copies = Self { levels: ups + BY_OPTIONS, ..Self::default() };
         copies.choose(&meanings, to);
         for (path, copy) in &copies.of {
             if own.includes_next(path) {
@@ -109,10 +113,10 @@ impl Copies {
                 return Err(io::Error::other(format!("{file}: {why}")));
             }
             if !can_be_quoted(&std::path::absolute(path)?) {
-                let file = path.display();
-                let why = "with a quotation mark in the name of the file or a folder, a source has to spell its includes as the \
-                           files are, without copies of a kit's headers";
-                return Err(io::Error::other(format!("{file}: {why}")));
+                return Err(refused(
+                    path,
+                    "a quotation mark is in the name of the file or a folder",
+                ));
             }
             let text = copies.text(path, &own.files[path].text, own, &meanings[path.as_path()]);
             fs::create_dir_all(copy.parent().unwrap_or(to))?;
@@ -122,8 +126,15 @@ impl Copies {
         let with_more: BTreeSet<&Path> = with_more.map(|path| folder_of(path)).collect();
         for folder in with_more {
             let mut above = folder.to_owned();
-            for place in copies.folders[folder].ancestors().take_while(|place| *place != to) {
-                stand_in(&above, place, headers)?;
+            let places = copies.folders[folder].ancestors().take_while(|place| *place != to);
+            for (level, place) in places.enumerate() {
+                match fs::read_dir(&above) {
+                    Ok(entries) => stand_in(entries, place, headers)?,
+                    Err(error) if level <= ups => {
+                        return Err(refused(&above, &format!("it can't be listed ({error})")));
+                    }
+                    Err(_) => {}
+                }
                 above.push("..");
             }
         }
@@ -198,18 +209,29 @@ impl Copies {
     }
 }
 
-/// How many folders up an include may go that is put together from macros: from all that the program's files have, or two
-/// more by the compiler's options.
-fn levels(own: &OwnFiles) -> usize {
+/// How many folders up the program's files may go where their includes do not show it, as with macros.
+fn ups(own: &OwnFiles) -> usize {
     let ups = |code: &[u8]| code.windows(2).filter(|two| *two == b"..").count();
-    2 + own.files.values().map(|file| ups(&file.code)).sum::<usize>()
+    let unseen = |file: &OwnFile| {
+        let seen = file.includes.iter().map(|include| ups(include.written.as_bytes()));
+        ups(&file.code).saturating_sub(seen.sum())
+    };
+    own.files.values().map(unseen).sum()
+}
+
+/// Why no copy is made of what lies here.
+fn refused(file: &Path, why: &str) -> io::Error {
+    let file = file.display();
+    io::Error::other(format!(
+        "{file}: {why}, so sources have to spell their includes as the files are, without copies of a kit's headers"
+    ))
 }
 
 /// Puts something in a folder of copies for each other file of their own folder, and for each folder there. A copy may
 /// include files in ways that its text does not show, such as `#include MACRO`, and looks for them beside itself. Our headers
 /// are found elsewhere.
-fn stand_in(folder: &Path, place: &Path, headers: &Headers) -> io::Result<()> {
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+fn stand_in(entries: ReadDir, place: &Path, headers: &Headers) -> io::Result<()> {
+    for entry in entries.flatten() {
         let (file, to) = (std::path::absolute(entry.path())?, place.join(entry.file_name()));
         let name = entry.file_name().to_string_lossy().to_lowercase();
         if to.exists() || !can_be_quoted(&file) || is_replaced(&file, &name, headers) {

@@ -1,5 +1,7 @@
 //! What the hooks do.
 
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxtBuilder};
+
 use super::support::{has_compiler, program, run_on, tx_run, txt, wait_for, Run};
 
 #[test]
@@ -69,6 +71,19 @@ fn an_error_of_i2c_is_not_said_again_and_again() {
     ended.well();
     let lines = ended.err.lines().filter(|line| line.contains("I2C"));
     assert_eq!(lines.count(), 1, "{}", ended.err);
+}
+
+#[test]
+fn a_transfer_that_is_lost_again_and_again_is_told_once() {
+    if !has_compiler() {
+        return;
+    }
+    let close = |exchange| Fault::at_exchange(exchange, FaultKind::Close { after: 0 });
+    let txt = [20, 40, 60].map(close).into_iter().fold(txt(), SimulatedTxtBuilder::fault);
+    let txt = txt.start().unwrap();
+    let ended = run_on(&txt, "reopened.c", "").end();
+    ended.well();
+    assert_eq!(ended.err.matches("has ended: ").count(), 1, "{}", ended.err);
 }
 
 #[test]

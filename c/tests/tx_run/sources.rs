@@ -706,7 +706,7 @@ fn a_source_is_not_copied_out_of_a_folder_with_a_quotation_mark() {
         let ended = Run::start(command.current_dir(folder.path())).end();
         match is_well {
             true => ended.well(),
-            false => ended.badly("with a quotation mark in the name"),
+            false => ended.badly("a quotation mark is in the name"),
         }
     }
 }

@@ -64,7 +64,7 @@ impl TransferThread<'_> {
         let (peer, now) = (self.settings.peer(), self.controller_name());
         if let (Some(before), Some(now)) = (before, now.filter(|now| Some(&**now) != before)) {
             notices::warn_always(
-                module_path!(),
+                concat!(module_path!(), "::another_one"),
                 format_args!("{peer}: {now} answers in place of {before}, whose motors may go on"),
             );
         }

@@ -73,6 +73,9 @@ const SHORTEST: Duration = Duration::from_millis(10);
 /// What may come into a file before it is looked at again: half a second with large pictures.
 const AT_ONCE: u64 = 16 << 20;
 
+/// How many that can't be deleted are tried again.
+const STAY: usize = 1000;
+
 /// The files of a recording.
 pub(crate) struct Files {
     parts: Parts,
@@ -83,6 +86,10 @@ pub(crate) struct Files {
     number: u64,
     /// Those that are written and may be deleted, with their sizes; the oldest first.
     made: VecDeque<(PathBuf, u64)>,
+    /// No more of them could be deleted. It is tried again with the next one.
+    is_stuck: bool,
+    /// That one could not be deleted was told.
+    is_told: bool,
     /// Since when the newest one is written, if one is.
     since: Option<Instant>,
 }
@@ -98,7 +105,8 @@ impl Files {
         let number = there.last().map_or(1, |(number, _)| number + 1);
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let made = VecDeque::new();
-        let files = Self { parts, name, folder, number, made, since: None };
+        let (is_stuck, is_told) = (false, false);
+        let files = Self { parts, name, folder, number, made, is_stuck, is_told, since: None };
         there.last().map_or(Ok(()), |(_, newest)| files.ensure_alone(newest))?;
         Ok(files)
     }
@@ -150,6 +158,7 @@ impl Files {
         // Without a limit for all of them, a recording may have any number of parts.
         if self.parts.keep < u64::MAX {
             self.made.push_back((path, bytes));
+            self.is_stuck = false;
         }
     }
 
@@ -157,23 +166,41 @@ impl Files {
     pub(crate) fn delete_oldest(&mut self, bytes: u64) {
         let keep = self.parts.keep - self.parts.at_once();
         let mut all = self.made.iter().map(|(_, size)| size).sum::<u64>();
-        while all.saturating_add(bytes) > keep {
-            let Some((oldest, size)) = self.made.pop_front() else { return };
-            all -= size;
-            // Somebody has moved it away, and one of another size has its name by now: another recording, or a link.
-            let removed = fs::symlink_metadata(&oldest).and_then(|file| match file.len() == size {
-                true => fs::remove_file(&oldest),
-                false => Err(io::Error::other("it is another file now")),
-            });
-            match removed {
+        // How many of the oldest ones stay.
+        let mut stay = 0;
+        while all.saturating_add(bytes) > keep && !self.is_stuck {
+            let Some((oldest, size)) = self.made.get(stay) else {
+                self.is_stuck = true;
+                return;
+            };
+            match delete(oldest, *size) {
                 Ok(()) => {}
                 Err(error) if error.kind() == ErrorKind::NotFound => {}
                 Err(error) => {
-                    let text = format_args!("{} can't be deleted: {error}", oldest.display());
-                    leave(Level::Warn, module_path!(), text);
+                    let is_other = error.kind() == ErrorKind::Other;
+                    if is_other || !std::mem::replace(&mut self.is_told, true) {
+                        let text = format_args!("{} can't be deleted: {error}", oldest.display());
+                        leave(Level::Warn, module_path!(), text);
+                    }
+                    if !is_other && stay < STAY {
+                        stay += 1;
+                        continue;
+                    }
                 }
             }
+            all -= size;
+            self.made.remove(stay);
         }
+        self.is_told &= stay > 0;
+    }
+}
+
+/// Deletes a file if it still has this size: when somebody has moved it away, another recording or a link may have its name
+/// by now.
+fn delete(file: &Path, size: u64) -> io::Result<()> {
+    match fs::symlink_metadata(file)?.len() == size {
+        true => fs::remove_file(file),
+        false => Err(io::Error::other("it is another file now")),
     }
 }
 
@@ -346,6 +373,33 @@ mod tests {
         fs::write(&made[1], "another recording").unwrap();
         files.delete_oldest(0);
         assert_eq!(names(folder.path()), ["kept.mcap", "run-0002.mcap"]);
+    }
+
+    /// As on a share where somebody reads it.
+    #[test]
+    fn what_can_not_be_deleted_counts_and_is_tried_again_with_the_next_part() {
+        let folder = tempfile::tempdir().unwrap();
+        let parts = Parts::of_bytes(1 << 40).keep(320_000);
+        let mut files = Files::beside(&folder.path().join("run.mcap"), parts).unwrap();
+        let make = |files: &mut Files| {
+            let (path, file) = files.make().unwrap();
+            file.set_len(100_000).unwrap();
+            files.done(path.clone(), 100_000);
+            files.delete_oldest(50_000);
+            path
+        };
+        let first = make(&mut files);
+        // A folder in its place can't be removed as a file.
+        fs::remove_file(&first).unwrap();
+        fs::create_dir(&first).unwrap();
+        files.made[0].1 = fs::symlink_metadata(&first).unwrap().len();
+        (0..4).for_each(|_| drop(make(&mut files)));
+        assert_eq!(names(folder.path()), ["run-0001.mcap", "run-0004.mcap", "run-0005.mcap"]);
+        fs::remove_dir(&first).unwrap();
+        fs::write(&first, vec![0; files.made[0].1 as usize]).unwrap();
+        files.made[0].1 = fs::symlink_metadata(&first).unwrap().len();
+        make(&mut files);
+        assert_eq!(names(folder.path()), ["run-0005.mcap", "run-0006.mcap"]);
     }
 
     #[test]

@@ -59,6 +59,9 @@ pub(crate) struct Relay {
     printed: Option<String>,
     /// For another bridge on this topic, which may send as much as it likes.
     another: Rarely,
+    /// For lost changes, which may be some of each cycle, and how many were not printed.
+    lost: Rarely,
+    unprinted: u64,
     /// Stops, of which others may cause as many as they like.
     stops: Repeated,
     /// Connections that come and go.
@@ -101,6 +104,8 @@ impl Relay {
             untold: None,
             printed: None,
             another: Rarely::default(),
+            lost: Rarely::default(),
+            unprinted: 0,
             stops: Repeated::default(),
             changes: Changes::default(),
             too_late: false,
@@ -364,8 +369,12 @@ impl Relay {
             .is_none_or(|happened| self.publish(EVENT, false, json(&happened)))
     }
 
-    pub(crate) fn publish_lost(&self, changes: u64) {
-        self.say(&format!("{changes} changes came faster than the broker takes them"));
+    pub(crate) fn publish_lost(&mut self, changes: u64) {
+        self.unprinted += changes;
+        if self.lost.is_due() {
+            let changes = std::mem::take(&mut self.unprinted);
+            self.say(&format!("{changes} changes came faster than the broker takes them"));
+        }
         self.publish(EVENT, false, json(&PublishedEvent::Lost { changes }));
     }
 

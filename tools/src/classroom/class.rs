@@ -119,7 +119,8 @@ impl Class {
         Ok(Self { port: written.port, page_port: written.page_port, token, pupils })
     }
 
-    /// What the controllers are called. Their names have 16 bytes, so those of pupils that begin alike get numbers.
+    /// What the controllers are called. Their names have 16 bytes, so those of pupils that begin alike get the number of the
+    /// place: it stays when others leave.
     pub(super) fn device_names(&self) -> Vec<String> {
         let cut = |name: &str, bytes: usize| {
             let end = (0..=name.len().min(bytes)).rev().find(|end| name.is_char_boundary(*end));
@@ -130,12 +131,12 @@ impl Class {
         all.iter().for_each(|name| *count.entry(name).or_default() += 1);
         // Those that are alone first: no number makes another one of them.
         let mut taken: HashSet<_> = all.iter().filter(|name| count[name] == 1).cloned().collect();
-        let names = all.iter().map(|name| match count[name] {
+        let names = all.iter().zip(&self.pupils).map(|(name, pupil)| match count[name] {
             1 => name.clone(),
             _ => {
-                let number = |number: usize| format!(" {number}");
-                let numbered =
-                    (1..).map(|it| cut(name, DEVICE_NAME_BYTES - number(it).len()) + &number(it));
+                let number = |number: u32| format!(" {number}");
+                let numbered = (u32::from(pupil.place)..)
+                    .map(|it| cut(name, DEVICE_NAME_BYTES - number(it).len()) + &number(it));
                 let mut free = numbered.skip_while(|name| !taken.insert(name.clone()));
                 free.next().unwrap_or_default()
             }
@@ -303,6 +304,10 @@ pub(super) fn write(path: &Path, text: &str) -> anyhow::Result<()> {
     let mut name = path.file_name().context("this is no file")?.to_owned();
     name.push(".new");
     let new = path.with_file_name(name);
+    ensure!(
+        text.len() as u64 <= LONGEST,
+        "it would have more than {LONGEST} bytes, and could not be read again: remove lines of earlier pupils"
+    );
     // What is there may be a link, or for others, too.
     let _ = fs::remove_file(&new);
     let mut options = OpenOptions::new();
@@ -318,6 +323,17 @@ pub(super) fn write(path: &Path, text: &str) -> anyhow::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_could_not_be_read_again_is_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("8c.csv");
+        let longest = "a".repeat(LONGEST as usize);
+        write(&file, &longest).unwrap();
+        assert_eq!(read(&file).unwrap(), longest);
+        assert!(write(&file, &(longest + "a")).unwrap_err().to_string().contains("earlier pupils"));
+        assert_eq!(read(&file).unwrap().len() as u64, LONGEST);
+    }
 
     #[cfg(unix)]
     #[test]
@@ -422,7 +438,12 @@ mod tests {
         let names = ["Maximilian Mustermann", "Zoë", "Maximilian Musterfrau"];
         let text = names.map(|name| format!("[[pupils]]\nname = {name:?}\n")).concat();
         let devices = Class::from_text(&text).unwrap().device_names();
-        assert_eq!(devices, ["Maximilian Mus 1", "Zoë", "Maximilian Mus 2"]);
+        assert_eq!(devices, ["Maximilian Mus 1", "Zoë", "Maximilian Mus 3"]);
+        // Another one leaves, and nobody gets a name that was somebody else's.
+        let text = format!("{text}[[pupils]]\nname = \"Maximilian Musterkind\"\n");
+        let mut class = Class::from_text(&text).unwrap();
+        class.pupils.remove(0);
+        assert_eq!(class.device_names(), ["Zoë", "Maximilian Mus 3", "Maximilian Mus 4"]);
     }
 
     #[test]

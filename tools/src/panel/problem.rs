@@ -10,6 +10,9 @@ use crate::print::beginning;
 /// How many characters a sentence has at most: some have in them what a page has sent.
 const TEXT: usize = 500;
 
+/// The code of another controller in place of the one that was driven, whose motors may go on.
+pub(super) const REPLACED: &str = "replaced";
+
 /// Why something was not done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub(crate) struct Problem {

@@ -1,6 +1,7 @@
 //! A controller that another program drives through this one: it only looks.
 
 use std::collections::VecDeque;
+use std::io::ErrorKind;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -10,7 +11,7 @@ use tokio::sync::watch;
 use super::camera::Camera;
 use super::common::Common;
 use super::histogram::Histogram;
-use super::problem::Problem;
+use super::problem::{Problem, REPLACED};
 use super::state::{
     self, AnswerState, HostState, I2cState, Link, Newest, Phase, WatchedState, STATE_PERIOD,
 };
@@ -319,7 +320,7 @@ impl Watched {
 }
 
 /// The codes of what stays until a program goes online, or the controller is stopped.
-const MOTORS_MAY_GO_ON: [&str; 2] = ["halt_failed", "stop_online_unanswered"];
+const MOTORS_MAY_GO_ON: [&str; 3] = ["halt_failed", REPLACED, "stop_online_unanswered"];
 /// The code of a missing response.
 const NO_ANSWER: &str = "no_answer";
 const UNKNOWN: &str = "unknown";
@@ -346,6 +347,7 @@ fn problem(seen: &Seen) -> Option<Problem> {
         }
         Happened::Halted { gone, error } => {
             let code = match (error, gone) {
+                (Some(error), _) if error.kind() == ErrorKind::Other => REPLACED,
                 (Some(_), _) => "halt_failed",
                 (None, Gone::Page) => "disconnected",
                 (None, _) => "halted",

@@ -14,7 +14,7 @@ use super::common::Common;
 use super::control_lock::ControlLock;
 use super::histogram::Histogram;
 use super::order::{not_connected, stopped, Order};
-use super::problem::Problem;
+use super::problem::{Problem, REPLACED};
 use super::state::{self, HostState, Link, Newest, Phase, STATE_PERIOD};
 use super::world::Simulated;
 use crate::commands::{absent, is_connected, stop_absent, stop_all, Command};
@@ -60,8 +60,10 @@ pub(super) struct Worker {
     orders: Receiver<AreaOrder>,
     publish: watch::Sender<Newest>,
     phase: Phase,
-    /// Why there is no connection.
+    /// Why there is no connection, or that this is another controller.
     error: Option<Problem>,
+    /// The name of the controller that was driven last.
+    driven: Option<String>,
     histogram: Histogram,
     next_state: Instant,
     /// The connection was lost and is not made again, so outputs may be on.
@@ -80,6 +82,7 @@ impl Worker {
             publish,
             phase: Phase::Connecting,
             error: None,
+            driven: None,
             histogram: Histogram::default(),
             next_state: Instant::now(),
             is_cut: false,
@@ -133,7 +136,8 @@ impl Worker {
         self.histogram.count(areas.cycle(), areas.arrived());
         if self.phase != Phase::Running {
             self.refuse_orders();
-            (self.phase, self.error) = (Phase::Running, None);
+            self.error = self.replaced();
+            self.phase = Phase::Running;
             self.is_cut = false;
             self.controller.running.store(true, Ordering::Relaxed);
         }
@@ -147,6 +151,19 @@ impl Worker {
             self.publish(&areas);
         }
         Ok(())
+    }
+
+    /// What is to be told when another controller answers than the one that was driven last.
+    fn replaced(&mut self) -> Option<Problem> {
+        let now = self.controller.handler.device_name()?;
+        let before = self.driven.replace(now.clone()).filter(|before| *before != now)?;
+        let text = format!("{now} answers in place of {before}, whose motors may go on");
+        if self.phase == Phase::Connecting {
+            // In a gap the library says it.
+            let address = self.controller.handler.address().map(|it| format!("{it}: "));
+            log::warn!("{}{text}", address.unwrap_or_default());
+        }
+        Some(Problem::new(REPLACED, text))
     }
 
     /// In another lease than before, nothing that was set counts any more. Returns the present one.

@@ -160,12 +160,6 @@ fn start_camera(
     thread.map(Some).context("a thread for the camera could not be started")
 }
 
-/// The controller that has answered last.
-fn controller_of(handler: &TransferAreaComHandler) -> String {
-    let firmware = handler.version().map(|version| version.to_string()).unwrap_or_default();
-    format!("{}, firmware {firmware}", handler.device_name().unwrap_or_default())
-}
-
 /// Shows the progress until it is to end.
 fn watch(
     args: &Args,
@@ -182,18 +176,12 @@ fn watch(
         bar.set_message(name);
     });
     let begin = Instant::now();
-    let mut controller = controller_of(handler);
     loop {
         let so_far = Recorded { files: Files::of(recorder), totals: recorder.recorded() };
         let name = handler.device_name().unwrap_or_default();
         progress.show((so_far.to_string(), print::clean(&name).into_owned()));
         if let Some(error) = recorder.error() {
             return Err(error.into());
-        }
-        let now = controller_of(handler);
-        if now != controller {
-            log::warn!("{now}, answers now, in place of {controller}");
-            controller = now;
         }
         if !handler.areas().is_running() {
             // Its error is that of the transfer's end.

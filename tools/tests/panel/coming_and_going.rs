@@ -72,6 +72,22 @@ fn a_controller_that_goes_away_and_comes_back_is_told_and_its_motors_stay_off() 
 }
 
 #[test]
+fn another_controller_in_place_of_the_one_that_was_driven_is_told() {
+    let first = at_free_ports(|port| SimulatedTxt::builder().port(port).device_name("FIRST"));
+    let port = first.port();
+    let panel = Panel::of(&[&first]);
+    let mut page = panel.page();
+    page.state(0, is_running);
+    drop(first);
+    page.state(0, |state| state["link"]["phase"] == "gap");
+    let _second = started(|| SimulatedTxt::builder().port(port).device_name("SECOND"));
+    let state = page.state(0, is_running);
+    let error = &state["link"]["error"];
+    assert_eq!(error["code"], "replaced", "{state}");
+    assert_eq!(error["text"], "SECOND answers in place of FIRST, whose motors may go on");
+}
+
+#[test]
 fn a_controller_that_is_not_there_yet_is_tried_again() {
     let port = at_free_ports(|port| SimulatedTxt::builder().port(port)).port();
     let panel = Panel::start(&[&format!("127.0.0.1:{port}")]);

@@ -372,7 +372,7 @@ fn page_and_recording_tell_of_motors_of_a_replaced_controller_while_another_prog
             break state;
         }
     };
-    assert_eq!(told["link"]["error"]["code"], "halt_failed", "{told}");
+    assert_eq!(told["link"]["error"]["code"], "replaced", "{told}");
     let text = told["link"]["error"]["text"].as_str().unwrap();
     assert!(text.contains("SECOND answers there in place of FIRST"), "{text}");
     next.exchange([0; 8]);

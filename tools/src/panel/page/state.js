@@ -56,6 +56,7 @@ class Host {
   }
 
   forget() {
+    this.cycle = null;
     this.seen = new Set([0]);
     this.histories.flat().forEach((history) => history.clear());
     if (this.plotted) this.plotted.size = 0;

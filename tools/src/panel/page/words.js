@@ -185,6 +185,7 @@ const GERMAN_ERRORS = {
   forgotten: "Mehr als 64 Befehle hatten gleichzeitig keine Antwort; ein Teil davon wird hier nicht gezeigt",
   disconnected: "Das Programm wurde von der Seite getrennt, und alle Ausgänge wurden ausgeschaltet",
   halted: "Der Controller hat keine Abmeldung des Programms bestätigt; alle Ausgänge wurden danach ausgeschaltet",
+  replaced: "Hier antwortet ein anderer Controller als zuvor; die Motoren des vorigen laufen vielleicht weiter",
   halt_failed: "Der Controller hat keine Abmeldung des Programms bestätigt und war danach nicht zu erreichen; Motoren laufen vielleicht weiter",
   host_not_found: "Diesen Namen gibt es im Netz nicht",
   ignored: "Das Programm hat eine andere Konfiguration mit derselben Nummer gesendet; der Controller beachtet sie nicht",

@@ -45,6 +45,9 @@ const LINES: [(RGBColor, &str); 8] = [
 /// What a tick means.
 const TICK: &str = "tick: distance done, stalled, extension";
 
+/// Whose shades and ticks are where.
+const HALVES: &str = "above: wide, below: thin";
+
 /// What a line from top to bottom means.
 const MARK: &str = "upright line: first difference";
 
@@ -57,10 +60,10 @@ pub(super) struct Picture {
     pub(super) clock: Option<Clock>,
     pub(super) time: Range<f64>,
     pub(super) panels: Vec<Panel>,
-    /// When there was no connection.
-    pub(super) gaps: Vec<Range<f64>>,
-    /// When something happened that is drawn as a tick.
-    pub(super) ticks: Vec<f64>,
+    /// When there was no connection, in the first recording and in the second.
+    pub(super) gaps: [Vec<Range<f64>>; 2],
+    /// When something happened that is drawn as a tick, in each.
+    pub(super) ticks: [Vec<f64>; 2],
     /// When something was unusual, and its number if it has one.
     pub(super) unusual: Vec<(f64, Option<usize>)>,
     /// Whether it is of two recordings, of which the second is drawn over the wide lines of the first.
@@ -101,9 +104,12 @@ pub(super) fn svg(picture: &Picture) -> anyhow::Result<String> {
 fn draw<'a>(picture: &Picture, root: &Area<'a>) -> Result<(), Failed<'a>> {
     root.fill(&GROUND.0)?;
     root.draw_text(&picture.title, &text(22), (LEFT as i32, 14))?;
+    let has_gaps = picture.gaps.iter().any(|gaps| !gaps.is_empty());
+    let has_ticks = picture.ticks.iter().any(|ticks| !ticks.is_empty());
     let notes = [
-        ("shaded: no connection", picture.gaps.is_empty()),
-        (TICK, picture.ticks.is_empty()),
+        ("shaded: no connection", !has_gaps),
+        (TICK, !has_ticks),
+        (HALVES, !picture.two || !(has_gaps || has_ticks)),
         ("yellow: unusual", picture.unusual.is_empty()),
         (MARK, picture.mark.is_none()),
     ];
@@ -146,9 +152,16 @@ fn draw_panel<'a>(
             if with_times { times_height(picture) } else { 0 },
         )
         .build_cartesian_2d(Times(picture.time.clone()), values.clone())?;
-    for gap in &picture.gaps {
-        let corners = [(gap.start, values.start), (gap.end, values.end)];
-        chart.draw_series([Rectangle::new(corners, GAP.0.filled())])?;
+    let height = values.end - values.start;
+    // Above the half, what is of the first of two recordings.
+    let half = if picture.two { values.start + height / 2.0 } else { values.start };
+    for (gaps, from, to) in
+        [(&picture.gaps[0], half, values.end), (&picture.gaps[1], values.start, half)]
+    {
+        for gap in gaps {
+            let corners = [(gap.start, from), (gap.end, to)];
+            chart.draw_series([Rectangle::new(corners, GAP.0.filled())])?;
+        }
     }
     chart
         .configure_mesh()
@@ -163,10 +176,13 @@ fn draw_panel<'a>(
         .y_labels(if lane > 0.0 { 0 } else { 5 })
         .y_label_formatter(&|value| number(*value))
         .draw()?;
-    let tick = values.start + (values.end - values.start) * 0.06;
-    for at in &picture.ticks {
-        let ends = [(*at, values.start), (*at, tick)];
-        chart.draw_series([PathElement::new(ends, INK.0.stroke_width(2))])?;
+    let tick = height * 0.06;
+    let first = if picture.two { values.end - tick } else { values.start };
+    for (ticks, from) in [(&picture.ticks[0], first), (&picture.ticks[1], values.start)] {
+        for at in ticks {
+            let ends = [(*at, from), (*at, from + tick)];
+            chart.draw_series([PathElement::new(ends, INK.0.stroke_width(2))])?;
+        }
     }
     for (at, number) in &picture.unusual {
         let ends = [(*at, values.start), (*at, values.end)];

@@ -213,8 +213,8 @@ impl Tracks {
         let title = self.title(file, title);
         Ok(Picture {
             title,
-            gaps: self.take_gaps(),
-            ticks: self.ticks().collect(),
+            gaps: [self.take_gaps(), Vec::new()],
+            ticks: [self.ticks().collect(), Vec::new()],
             unusual: self.marks.as_ref().map(Marks::places).unwrap_or_default(),
             panels,
             // A single cycle has no length.

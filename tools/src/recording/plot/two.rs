@@ -44,13 +44,12 @@ fn picture(mut both: [Tracks; 2], title: String, mark: Option<f64>) -> anyhow::R
     else {
         bail!("neither of the two recordings has a cycle to draw");
     };
-    let gaps = both.iter_mut().flat_map(Tracks::take_gaps).collect();
+    let gaps = both.each_mut().map(Tracks::take_gaps);
     let panels = panels(&both);
     if panels.is_empty() {
         bail!("nothing changes in the two recordings: name what should be drawn, such as I1");
     }
-    let mut ticks: Vec<f64> = both.iter().flat_map(Tracks::ticks).collect();
-    ticks.sort_by(f64::total_cmp);
+    let ticks = both.each_ref().map(|tracks| tracks.ticks().collect());
     Ok(Picture {
         title,
         // A single cycle has no length.
