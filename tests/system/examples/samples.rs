@@ -13,7 +13,7 @@ use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use super::checks;
 use super::run::{assert_in_order, Run};
 use super::sample::{quick_sorting_line, Sample, SAMPLES};
-use crate::program::{example, Program, DEADLINE};
+use crate::program::{ended_in_time, example, Program, DEADLINE};
 
 #[test]
 fn without_an_address_each_sample_starts_a_simulated_txt_and_ends() {
@@ -199,7 +199,7 @@ fn a_panic_in_main_stops_the_motors_too() {
         let txt = SimulatedTxt::builder().start().unwrap();
         let mut sample = example(name);
         sample.arg(txt.address().to_string()).stdout(unread()).stderr(Stdio::null());
-        assert!(!sample.status().unwrap().success(), "{name}");
+        assert!(!ended_in_time(&mut sample).wait().unwrap().success(), "{name}");
         let is_left = |machine: &Machine| machine.commands().last() == Some(CommandId::StopOnline);
         assert!(txt.wait_until(is_left, DEADLINE), "{name}");
     }

@@ -66,15 +66,20 @@ pub(crate) fn read_all(mut stream: impl Read + Send + 'static) -> JoinHandle<Str
 
 /// The output of a program. It is killed if it does not end.
 pub(crate) fn output_in_time(command: &mut Command) -> Output {
+    ended_in_time(command.stdout(Stdio::piped()).stderr(Stdio::piped())).wait_with_output().unwrap()
+}
+
+/// A program that has ended. It is killed if it does not end.
+pub(crate) fn ended_in_time(command: &mut Command) -> Child {
     let begin = Instant::now();
-    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut child = command.spawn().unwrap();
     while child.try_wait().unwrap().is_none() {
         if begin.elapsed() > DEADLINE {
             child.kill().unwrap();
         }
         thread::sleep(Duration::from_millis(1));
     }
-    child.wait_with_output().unwrap()
+    child
 }
 
 /// The simulated TXT as a program on free ports. It ends when this is dropped.
