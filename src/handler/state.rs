@@ -40,6 +40,8 @@ pub(crate) struct State {
     interruptions: Interruptions,
     /// The controller of the last connection.
     pub(crate) controller: Option<Controller>,
+    /// The name of one whose outputs may be on, because its connection was lost. Another one may answer at its address.
+    pub(crate) left_on: Option<String>,
 }
 
 /// The controller of a connection.
@@ -100,6 +102,7 @@ impl State {
             watchdog: Watchdog::new(watchdog, now()),
             interruptions: Interruptions::default(),
             controller: None,
+            left_on: None,
             clock,
         }
     }
@@ -357,6 +360,10 @@ impl State {
         let arrived = self.clock.now();
         let before = self.responses.arrive(arrived);
         self.statistics.count_response(before, arrived);
+        if before.is_none() {
+            // It has what this transfer sets.
+            self.left_on = None;
+        }
         let (number, cycle) = (self.responses.newest(), self.statistics.cycles);
         Delivered { number, cycle, arrived, first: before.is_none() }
     }
@@ -439,10 +446,24 @@ impl State {
         self.interruptions.note(Error::ConnectionLost { cause });
         self.hand_over.stop(Cut::Connection);
         self.transfer.reconnect();
+        self.leave_on();
         self.statistics.gaps += 1;
         self.responses.lose_connection();
         self.responses.close();
         self.tickets.interrupt(true, wake);
+    }
+
+    /// The connection was lost, or is given up, with outputs that may be on.
+    pub(crate) fn leave_on(&mut self) {
+        let name = || self.controller.as_ref().map(|it| it.status.name());
+        self.left_on = self.left_on.take().or_else(name);
+    }
+
+    /// This controller answers. Returns the name of another one whose outputs may be on, once.
+    pub(crate) fn meet(&mut self, controller: Controller) -> Option<String> {
+        let name = controller.status.name();
+        self.controller = Some(controller);
+        self.left_on.take_if(|before| *before != name)
     }
 
     /// The transfer is about to end: stops the outputs.

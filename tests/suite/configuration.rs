@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{FishX1Transfer, LOCAL_IO, MAX_AREAS, REMOTE_IO_1};
 use ft_transfer_area::wire::CommandId;
-use ft_transfer_area::Error;
+use ft_transfer_area::{CameraOptions, Error};
 use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxtBuilder};
 
 use crate::support::{handler_for, strict, wait_until};
@@ -123,4 +123,41 @@ fn no_configuration_is_sent_any_more_when_the_transfer_is_to_end() {
         assert_eq!(machine.exchanges(), 2);
         assert_eq!(machine.controllers[0].outputs.duty[0], 0);
     });
+}
+
+/// A stop that comes during a command before, here that of the camera.
+#[test]
+fn outputs_do_not_go_out_without_their_configuration_when_the_transfer_is_to_end() {
+    // The camera has to be asked for before the outputs are taken, which a busy machine may not do at once.
+    assert!((0..10).any(|_| ends_during_the_cameras_command()));
+}
+
+/// Whether it could be tried.
+fn ends_during_the_cameras_command() -> bool {
+    let late = (6..40).map(|response| Fault::at_response(response, FaultKind::Delay(LATE)));
+    let txt = late.fold(strict(), SimulatedTxtBuilder::fault).start().unwrap();
+    let handler = handler_for(&txt).reaction_window(LATE).build().unwrap();
+    handler.begin_transfer().unwrap();
+    drop(handler.areas().wait_cycle().unwrap());
+    thread::scope(|scope| {
+        let mut areas = handler.areas().wait_cycle().unwrap();
+        scope.spawn(|| handler.start_camera(CameraOptions::default()).map(drop));
+        thread::sleep(Duration::from_millis(50));
+        areas[LOCAL_IO].raise_config_id();
+        areas[LOCAL_IO].output.duty[0] = 512;
+        drop(areas);
+        wait_until(&txt, "the camera's command", |machine| {
+            machine.commands().last() == Some(CommandId::StopCameraOnline)
+        });
+        let exchanges = txt.with_machine(|machine| machine.exchanges());
+        let configurations = txt.with_machine(|machine| {
+            machine.commands().filter(|one| *one == CommandId::UpdateConfig).count()
+        });
+        handler.end_transfer().unwrap();
+        let last = txt.with_machine(|machine| machine.exchanges());
+        if configurations == 1 {
+            assert_eq!(last, exchanges + 1, "an exchange came before the last one");
+        }
+        configurations == 1
+    })
 }

@@ -93,7 +93,7 @@ pub(crate) const WITH_INPUT: &str = "with-input";
 /// What is logged unless `RUST_LOG` says more. The errors of a transfer, a camera and a recording are returned to
 /// the commands, which report them; that another controller answers and that a part can't be deleted are not.
 const LOG: &str =
-    "warn,ft_transfer_area::handler=off,ft_transfer_area::handler::transfer::reconnect::another_one=warn,\
+    "warn,ft_transfer_area::handler=off,ft_transfer_area::handler::transfer::handshake::another_one=warn,\
      ft_transfer_area::camera=off,ft_transfer_area_recorder=off,ft_transfer_area_recorder::parts=warn";
 
 fn main() -> ExitCode {

@@ -1,5 +1,6 @@
 //! The cycle: outputs to the controller, inputs to the program, and time for the program to answer.
 
+use std::cell::Cell;
 use std::time::Duration;
 
 use crate::client::Endpoint;
@@ -31,7 +32,7 @@ pub(crate) struct Cycle<'a> {
     inputs: Inputs,
     /// The configurations at the response before the last.
     configs_before: SentConfigs,
-    /// Whether others were sent since then.
+    /// Whether others were sent before the last one.
     configs_changed: bool,
 }
 
@@ -115,15 +116,17 @@ impl<'a> Cycle<'a> {
     /// needs none of them, and each waits for an answer.
     fn update_configs(&mut self) -> Result<Option<Stop>, Error> {
         let (Link { client, exchange }, shared) = (&mut self.link, self.shared);
-        if self.configs_changed {
-            self.configs_before = *exchange.sent_configs();
-        }
-        let goes_on = || shared.stop().is_none();
+        // Asked only when there is something to send.
+        let stop = Cell::new(None);
+        let goes_on = || {
+            stop.set(shared.stop());
+            stop.get().is_none()
+        };
         let config_updates = client.update_configs(exchange, &self.areas, goes_on)?;
-        self.configs_changed = config_updates > 0;
-        if !self.configs_changed {
-            return Ok(None);
+        if config_updates == 0 {
+            return Ok(stop.get());
         }
+        self.configs_changed = true;
         let mut state = shared.state();
         state.statistics.config_updates += config_updates;
         Ok(state.transfer.stop())
@@ -144,8 +147,11 @@ impl<'a> Cycle<'a> {
 
     /// Sends the events of a response. In lock-step only then the threads that wait for it are woken, so that all
     /// events are there when their wait ends.
-    fn announce(&self, delivery: &Delivery) {
+    fn announce(&mut self, delivery: &Delivery) {
         self.send_events(delivery);
+        if std::mem::take(&mut self.configs_changed) {
+            self.configs_before = *self.link.exchange.sent_configs();
+        }
         if delivery.opens_later {
             self.shared.open_window();
         }
@@ -206,19 +212,18 @@ impl<'a> Cycle<'a> {
         Ok(())
     }
 
-    /// Goes on with a new connection after a lost one: makes the first exchange on it, with the current
-    /// outputs. The next cycle starts the camera again, if it was running, with its server at `camera`.
+    /// Goes on with a new connection after a lost one: makes the first exchange on it, with these outputs, whose
+    /// configurations it has. The next cycle starts the camera again, if it was running, with its server at `camera`.
     pub(crate) fn go_on_with(
         &mut self,
         link: Link,
+        areas: Vec<Outgoing>,
         camera: Option<Endpoint>,
     ) -> Result<Delivery, Error> {
         self.configs_before = *link.exchange.sent_configs();
         self.configs_changed = false;
-        self.link = link;
-        self.areas = self.shared.outgoing();
+        (self.link, self.areas) = (link, areas);
         self.shared.state().camera.restart_at = camera;
-        self.update_configs()?;
         let (delivery, _) = self.exchange()?;
         Ok(delivery)
     }

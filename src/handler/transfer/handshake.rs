@@ -11,7 +11,7 @@ use crate::handler::shared::Shared;
 use crate::handler::state::Controller;
 use crate::handler::sync::now;
 use crate::handler::transfer::TxtClient;
-use crate::notices::notice;
+use crate::notices::{self, notice};
 
 /// A connection in online mode, and the exchange on it.
 pub(crate) struct Link {
@@ -20,6 +20,16 @@ pub(crate) struct Link {
 }
 
 impl Link {
+    /// Hands over the configurations that have changed; returns how many there were. Whoever ends the transfer meanwhile
+    /// waits for the exchange that stops the motors, which needs none of them.
+    pub(crate) fn update_configs(
+        &mut self,
+        areas: &[Outgoing],
+        shared: &Shared,
+    ) -> Result<u64, Error> {
+        self.client.update_configs(&mut self.exchange, areas, || shared.stop().is_none())
+    }
+
     /// Stops motors and sounds with exchanges that do nothing else, whatever the areas say, and ends online mode.
     /// Without them, the controller keeps the outputs of the session before.
     pub(crate) fn leave(mut self, areas: usize) -> Result<(), Error> {
@@ -77,6 +87,15 @@ pub(crate) fn supported(found: FirmwareVersion) -> Result<FirmwareVersion, Error
     Ok(found)
 }
 
+/// The one before may have outputs on, and nobody can tell it anything at this address.
+fn warn_of_another_one(settings: &Settings, now: &str, before: &str) {
+    let peer = settings.peer();
+    notices::warn_always(
+        concat!(module_path!(), "::another_one"),
+        format_args!("{peer}: {now} answers in place of {before}, whose motors may go on"),
+    );
+}
+
 /// Connects, checks the firmware, begins online mode and hands over the configurations of all areas; returns how many
 /// there were. I2C requests reach the controller then, and its name and version are known.
 ///
@@ -92,7 +111,10 @@ pub(crate) fn connect(
     let mut client = TxtClient::connect_within(*network, host, *port, limits)?;
     let address = client.address();
     let status = client.query_status()?;
-    shared.state().controller = Some(Controller { status, address, peer: settings.peer() });
+    let replaced = shared.state().meet(Controller { status, address, peer: settings.peer() });
+    if let Some(before) = replaced {
+        warn_of_another_one(settings, &status.name(), &before);
+    }
     let version = supported(status.version)?;
     notice!(Info, "{} with firmware {version} at {}", status.name(), settings.peer());
     client.set_i2c_access(I2cAccess {
@@ -105,8 +127,7 @@ pub(crate) fn connect(
     exchange.name_peer(settings.peer());
     exchange.tell_silence(settings.silence_is_done);
     let areas = shared.outgoing();
-    // Whoever ends the transfer meanwhile waits for the exchange that stops the motors, which needs none of them.
-    let config_updates =
-        client.update_configs(&mut exchange, &areas, || shared.stop().is_none())?;
-    Ok((Link { client, exchange }, config_updates))
+    let mut link = Link { client, exchange };
+    let config_updates = link.update_configs(&areas, shared)?;
+    Ok((link, config_updates))
 }

@@ -9,7 +9,7 @@ use crate::handler::sync::now;
 use crate::handler::transfer::handshake;
 use crate::handler::transfer::side::Delivery;
 use crate::handler::transfer::thread::TransferThread;
-use crate::notices::{self, notice};
+use crate::notices::notice;
 
 /// How long to wait after a failed attempt: twice as long each time.
 const FIRST_PAUSE: Duration = Duration::from_millis(50);
@@ -27,11 +27,11 @@ impl TransferThread<'_> {
     /// written since it knew of that.
     pub(super) fn reconnect(&mut self, limit: Duration) -> Result<Option<Delivery>, Error> {
         let (begin, lost_at) = (now(), self.shared.state().clock.now());
-        let (mut pause, before) = (FIRST_PAUSE, self.controller_name());
+        let mut pause = FIRST_PAUSE;
         loop {
             let rest = limit.saturating_sub(now() - begin);
             let (started, is_last) = (now(), self.shared.stop().is_some());
-            match self.attempt(if is_last { LAST_CONNECT } else { rest }, before.as_deref()) {
+            match self.attempt(if is_last { LAST_CONNECT } else { rest }) {
                 Ok(Some(delivered)) => {
                     let peer = self.settings.peer();
                     notice!(Info, "connected to {peer} again after {:?}", now() - begin);
@@ -59,39 +59,26 @@ impl TransferThread<'_> {
         }
     }
 
-    /// The one before may have outputs on, and nobody can tell it anything at this address.
-    fn warn_of_another_one(&self, before: Option<&str>) {
-        let (peer, now) = (self.settings.peer(), self.controller_name());
-        if let (Some(before), Some(now)) = (before, now.filter(|now| Some(&**now) != before)) {
-            notices::warn_always(
-                concat!(module_path!(), "::another_one"),
-                format_args!("{peer}: {now} answers in place of {before}, whose motors may go on"),
-            );
-        }
-    }
-
-    /// The name of the controller that was connected last.
-    fn controller_name(&self) -> Option<String> {
-        self.shared.state().controller.as_ref().map(|it| it.status.name())
-    }
-
     /// Tries once to connect and to exchange; `None` if the transfer is to stop.
-    fn attempt(&mut self, rest: Duration, before: Option<&str>) -> Result<Option<Delivery>, Error> {
+    fn attempt(&mut self, rest: Duration) -> Result<Option<Delivery>, Error> {
         let limit = self.settings.limits.connect.min(rest);
-        let (link, config_updates) = handshake::connect(&self.settings, limit, self.shared)?;
-        self.warn_of_another_one(before);
+        let (mut link, mut config_updates) =
+            handshake::connect(&self.settings, limit, self.shared)?;
         if self.shared.lock_step {
             // A command is sent after the first exchange.
             self.shared.wait_for_step(self.cycle.areas_mut());
         }
+        let areas = self.shared.outgoing();
+        config_updates += link.update_configs(&areas, self.shared)?;
         if self.shared.stop().is_some() {
-            link.leave(self.cycle.areas_mut().len())?;
+            link.leave(areas.len())?;
+            self.shared.state().left_on = None;
             return Ok(None);
         }
         let Settings { network, camera_port, .. } = self.settings;
         let host = self.shared.state().controller.as_ref().and_then(|it| it.address);
         let camera = host.map(|host| Endpoint::at(network, host, camera_port));
-        let delivered = match self.cycle.go_on_with(link, camera) {
+        let delivered = match self.cycle.go_on_with(link, areas, camera) {
             Ok(delivered) => delivered,
             Err(error) => {
                 // What the program has written since the last gap may have moved something.

@@ -48,6 +48,7 @@ impl<'a> TransferThread<'a> {
             stop.result()
         });
         if self.connected {
+            self.shared.state().leave_on();
             self.cycle.abandon();
         }
         drop(self.cycle);

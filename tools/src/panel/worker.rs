@@ -153,16 +153,11 @@ impl Worker {
         Ok(())
     }
 
-    /// What is to be told when another controller answers than the one that was driven last.
+    /// What a page tells when another controller answers than the one that was driven last. The library warns of it.
     fn replaced(&mut self) -> Option<Problem> {
         let now = self.controller.handler.device_name()?;
         let before = self.driven.replace(now.clone()).filter(|before| *before != now)?;
         let text = format!("{now} answers in place of {before}, whose motors may go on");
-        if self.phase == Phase::Connecting {
-            // In a gap the library says it.
-            let address = self.controller.handler.address().map(|it| format!("{it}: "));
-            log::warn!("{}{text}", address.unwrap_or_default());
-        }
         Some(Problem::new(REPLACED, text))
     }
 
