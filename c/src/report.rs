@@ -45,7 +45,7 @@ impl Log for Stderr {
                 }
                 // What a call says was counted already.
                 (Level::Error | Level::Warn, target) if target != module_path!() => {
-                    let line = TOLD.lock().line(&record.args().to_string(), Instant::now());
+                    let line = LOGGED.lock().line(&record.args().to_string(), Instant::now());
                     line.iter().for_each(write_line);
                 }
                 _ => write_line(record.args()),
@@ -71,6 +71,8 @@ pub(crate) fn start() {
 
 /// What calls have said. A program may make each of them again and again.
 static TOLD: LazyLock<Mutex<Repeated>> = LazyLock::new(Mutex::default);
+/// The same for what the library logs.
+static LOGGED: LazyLock<Mutex<Repeated>> = LazyLock::new(Mutex::default);
 
 /// Writes why a call has failed: at once, and then once a minute with its count.
 pub(crate) fn failure(what: impl Display) {

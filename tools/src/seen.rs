@@ -122,10 +122,10 @@ impl Followed {
         }
     }
 
-    /// Whether a connection to the camera is older than that of the program: then it is another program's, and perhaps to
-    /// another controller.
-    pub(crate) fn is_older(&self, camera: &Seen) -> bool {
-        camera.connection < self.last
+    /// Whether a connection to camera or I2C is older than that of the program: then it is another program's, and perhaps
+    /// to another controller.
+    pub(crate) fn is_older(&self, other: &Seen) -> bool {
+        other.connection < self.last
     }
 }
 

@@ -144,7 +144,12 @@ impl Kit {
         self.areas.copy_to(array);
         mirror.put_out_configs(&mut link.areas);
         // With all outputs 0: the response has the ids of the commands that the controller knows.
-        exchange(&mut link.client, &mut link.compressed, &mut link.areas)?;
+        if let Err(error) = exchange(&mut link.client, &mut link.compressed, &mut link.areas) {
+            if exit::check_goes_on().is_err() {
+                leave(Some(link), None);
+            }
+            return Err(error.into());
+        }
         mirror.begin(&link.areas);
         *place = Some(link);
         Ok(())
@@ -243,11 +248,11 @@ fn update_configs(
     by: &mut Exchange,
     areas: &[FishX1Transfer],
 ) -> Result<(), Error> {
-    while let Some(update) = by.next_update_config(areas) {
+    loop {
         exit::check_goes_on()?;
+        let Some(update) = by.next_update_config(areas) else { return Ok(()) };
         client.update_config(&update)?;
     }
-    exit::check_goes_on()
 }
 
 /// The same, then an exchange.

@@ -46,7 +46,7 @@ extern "C" {
 }
 
 /// Writes to the terminal behind all that the program has printed.
-fn send(bytes: &[u8]) {
+pub(super) fn send(bytes: &[u8]) {
     // Other files may be in use by a thread that waits for keys, so only this one is flushed.
     // SAFETY: the C library's, which is there until the end.
     unsafe { libc::fflush(stdout) };

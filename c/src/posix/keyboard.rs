@@ -79,6 +79,28 @@ enum Read {
     End,
 }
 
+/// The terminal, opened once more so that no read waits: another thread may take a key before it, or wait for one in the C
+/// library. Any other input as it is.
+fn terminal() -> c_int {
+    static OPENED: OnceLock<c_int> = OnceLock::new();
+    *OPENED.get_or_init(|| {
+        let mut name = [0; 256];
+        let flags = libc::O_RDONLY | libc::O_NONBLOCK | libc::O_NOCTTY | libc::O_CLOEXEC;
+        // SAFETY: the name has room for so many bytes, and an end when it is opened.
+        let opened = unsafe {
+            match libc::ttyname_r(INPUT, name.as_mut_ptr(), name.len()) {
+                0 => libc::open(name.as_ptr(), flags),
+                _ => -1,
+            }
+        };
+        if opened < 0 {
+            INPUT
+        } else {
+            opened
+        }
+    })
+}
+
 /// Waits for this time until something comes, or the input has ended.
 fn something_waits(wait_ms: c_int) -> bool {
     let mut input = libc::pollfd { fd: INPUT, events: libc::POLLIN, revents: 0 };
@@ -93,14 +115,14 @@ fn read_keys(keys: &mut VecDeque<u8>, wait_ms: c_int) -> Read {
     }
     let mut bytes = [0; 64];
     // SAFETY: the bytes are there.
-    let count = unsafe { libc::read(INPUT, bytes.as_mut_ptr().cast(), bytes.len()) };
+    let count = unsafe { libc::read(terminal(), bytes.as_mut_ptr().cast(), bytes.len()) };
     let count = match usize::try_from(count) {
         Ok(0) => return Read::End,
         Ok(count) => count,
-        Err(_) if io::Error::last_os_error().kind() == io::ErrorKind::Interrupted => {
-            return Read::Nothing;
-        }
-        Err(_) => return Read::End,
+        Err(_) => match io::Error::last_os_error().kind() {
+            io::ErrorKind::Interrupted | io::ErrorKind::WouldBlock => return Read::Nothing,
+            _ => return Read::End,
+        },
     };
     keys::note(&bytes[..count]);
     keys.extend(&bytes[..count]);

@@ -2,6 +2,7 @@
 
 use std::ffi::{c_char, c_int, c_void};
 
+use super::console;
 use super::keyboard::{self, NO_KEYS};
 use crate::ffi::{caught, text_of};
 
@@ -56,9 +57,7 @@ pub unsafe extern "C" fn MessageBoxA(
         // SAFETY: as the caller promises.
         let [text, title] = [text, title].map(|it| unsafe { text_of(it) }.unwrap_or_default());
         let (buttons, keys) = buttons(kind);
-        // SAFETY: everything that the program has printed goes out before it waits.
-        unsafe { libc::fflush(std::ptr::null_mut()) };
-        keyboard::show(format!("{title}: {text}\n[{keys}] ").as_bytes());
+        console::send(format!("{title}: {text}\n[{keys}] ").as_bytes());
         let button = if buttons == [OK] {
             keyboard::wait_for_any();
             OK

@@ -118,11 +118,7 @@ impl OfWindows {
 }
 
 fn wait_for_key(is_silent: bool) {
-    // SAFETY: everything that the program has printed goes out before it waits.
-    unsafe { libc::fflush(std::ptr::null_mut()) };
-    if !is_silent {
-        keyboard::show(b"Press any key to continue . . . ");
-    }
+    console::send(if is_silent { b"" } else { b"Press any key to continue . . . " });
     keyboard::wait_for_any();
     if !is_silent {
         keyboard::show(b"\n");

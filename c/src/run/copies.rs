@@ -103,7 +103,9 @@ impl Copies {
             })
             .collect();
         let ups = ups(own);
-        let mut copies = Self { levels: ups + BY_OPTIONS, ..Self::default() };
+        // A macro may repeat its own.
+        let levels = if ups > 0 { usize::MAX } else { BY_OPTIONS };
+        let mut copies = Self { levels, ..Self::default() };
         copies.choose(&meanings, to);
         for (path, copy) in &copies.of {
             if own.includes_next(path) {
@@ -211,7 +213,8 @@ impl Copies {
 
 /// How many folders up the program's files may go where their includes do not show it, as with macros.
 fn ups(own: &OwnFiles) -> usize {
-    let ups = |code: &[u8]| code.windows(2).filter(|two| *two == b"..").count();
+    let is_up = |three: &&[u8]| [b"../".as_slice(), b"..\\"].contains(three);
+    let ups = |code: &[u8]| code.windows(3).filter(is_up).count();
     let unseen = |file: &OwnFile| {
         let seen = file.includes.iter().map(|include| ups(include.written.as_bytes()));
         ups(&file.code).saturating_sub(seen.sum())
@@ -237,9 +240,10 @@ fn stand_in(entries: ReadDir, place: &Path, headers: &Headers) -> io::Result<()>
         if to.exists() || !can_be_quoted(&file) || is_replaced(&file, &name, headers) {
             continue;
         }
-        if file.is_file() {
+        // What a link leads to may be on a disk that stands still.
+        if entry.file_type().is_ok_and(|it| it.is_file()) {
             write_include(&to, &file)?;
-        } else if cfg!(unix) && file.is_dir() {
+        } else if cfg!(unix) {
             // Its files and those around it are then found as from the folder itself.
             #[cfg(unix)]
             std::os::unix::fs::symlink(file, to)?;

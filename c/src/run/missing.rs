@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::inputs::Language;
 use crate::link::folder_of;
-use crate::read;
+use crate::{read, sources};
 
 /// How far below and above the sources is looked, and at how many files at most. People wait for this.
 const DEPTH: usize = 3;
@@ -123,7 +123,8 @@ fn take_defined<'a>(
         let mut text = read::file(&file).unwrap_or_default();
         text.truncate(*left);
         *left -= text.len();
-        let text = String::from_utf8_lossy(&text);
+        let code = sources::without_comments(&text);
+        let text = String::from_utf8_lossy(&code);
         let (defined, others) = missing.iter().partition(|name| defines(&text, name));
         *missing = others;
         if !defined.is_empty() {

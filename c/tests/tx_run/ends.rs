@@ -102,8 +102,8 @@ fn the_last_exchange_waits_for_an_answer_that_is_late() {
         return;
     }
     let late =
-        |response| Fault::at_response(response, FaultKind::Delay(Duration::from_millis(1200)));
-    let txt = (10..60).map(late).fold(txt(), SimulatedTxtBuilder::fault).start().unwrap();
+        |response| Fault::at_response(response, FaultKind::Delay(Duration::from_millis(700)));
+    let txt = (20..40).map(late).fold(txt(), SimulatedTxtBuilder::fault).start().unwrap();
     let run = run_on(&txt, "ends.c", "-w -DEXIT");
     let ended = goes_on_with_a_motor(&txt, run, press);
     ended.badly("exit was called in PrgTic");

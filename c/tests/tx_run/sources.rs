@@ -333,7 +333,8 @@ fn a_source_that_is_copied_includes_what_lies_beside_it() {
     let files = [
         (
             "a/b/c/src/a.c",
-            "#define ABOVE \"../../../above.h\"\n#include ABOVE\n#include \"more.h\"\n\
+            "#define UP(path) ../path\n#define TEXT(path) #path\n#define QUOTED(path) TEXT(path)\n\
+             #include QUOTED(UP(UP(UP(above.h))))\n#include \"more.h\"\n\
              #if __has_include(\"../../d/asked.h\")\n#include \"../../d/asked.h\"\n#endif\n\
              int main(void) { puts(SPEED ASKED MORE); return 0; }\n",
         ),

@@ -31,6 +31,21 @@ fn a_program_that_does_not_put_the_settings_of_the_terminal_back_leaves_them_as_
     assert!(run.has_lines());
 }
 
+#[test]
+fn a_question_for_keys_waits_for_no_thread_that_reads_the_terminal() {
+    if !has_compiler() {
+        return;
+    }
+    let mut command = tx_run(&["--world", "none"]);
+    let mut run = AtTerminal::start(command.arg(program("keys_beside.c")));
+    for round in 1..=10 {
+        run.press("s");
+        run.expect(&format!("tick {}.", 10 * round));
+    }
+    run.expect("All are counted");
+    run.end("\x03");
+}
+
 /// As a window that is closed, or the connection of `ssh -t` that breaks: the system tells only the first process.
 #[test]
 fn a_closed_terminal_ends_the_program_that_it_was_opened_for() {

@@ -85,11 +85,9 @@ pub(crate) struct Files {
     /// Of the next file.
     number: u64,
     /// Those that are written and may be deleted, with their sizes; the oldest first.
-    made: VecDeque<(PathBuf, u64)>,
+    made: VecDeque<Made>,
     /// No more of them could be deleted. It is tried again with the next one.
     is_stuck: bool,
-    /// That one could not be deleted was told.
-    is_told: bool,
     /// Since when the newest one is written, if one is.
     since: Option<Instant>,
 }
@@ -105,8 +103,7 @@ impl Files {
         let number = there.last().map_or(1, |(number, _)| number + 1);
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         let made = VecDeque::new();
-        let (is_stuck, is_told) = (false, false);
-        let files = Self { parts, name, folder, number, made, is_stuck, is_told, since: None };
+        let files = Self { parts, name, folder, number, made, is_stuck: false, since: None };
         there.last().map_or(Ok(()), |(_, newest)| files.ensure_alone(newest))?;
         Ok(files)
     }
@@ -157,7 +154,7 @@ impl Files {
     pub(crate) fn done(&mut self, path: PathBuf, bytes: u64) {
         // Without a limit for all of them, a recording may have any number of parts.
         if self.parts.keep < u64::MAX {
-            self.made.push_back((path, bytes));
+            self.made.push_back(Made { path, bytes, is_told: false });
             self.is_stuck = false;
         }
     }
@@ -165,42 +162,50 @@ impl Files {
     /// Deletes the oldest ones, as long as there is too much, when the newest has this size.
     pub(crate) fn delete_oldest(&mut self, bytes: u64) {
         let keep = self.parts.keep - self.parts.at_once();
-        let mut all = self.made.iter().map(|(_, size)| size).sum::<u64>();
+        let mut all = self.made.iter().map(|made| made.bytes).sum::<u64>();
         // How many of the oldest ones stay.
         let mut stay = 0;
         while all.saturating_add(bytes) > keep && !self.is_stuck {
-            let Some((oldest, size)) = self.made.get(stay) else {
+            let Some(oldest) = self.made.get_mut(stay) else {
                 self.is_stuck = true;
                 return;
             };
-            match delete(oldest, *size) {
-                Ok(()) => {}
-                Err(error) if error.kind() == ErrorKind::NotFound => {}
-                Err(error) => {
-                    let is_other = error.kind() == ErrorKind::Other;
-                    if is_other || !std::mem::replace(&mut self.is_told, true) {
-                        let text = format_args!("{} can't be deleted: {error}", oldest.display());
-                        leave(Level::Warn, module_path!(), text);
-                    }
-                    if !is_other && stay < STAY {
-                        stay += 1;
-                        continue;
-                    }
-                }
+            if !oldest.delete() && stay < STAY {
+                stay += 1;
+                continue;
             }
-            all -= size;
+            all -= oldest.bytes;
             self.made.remove(stay);
         }
-        self.is_told &= stay > 0;
     }
 }
 
-/// Deletes a file if it still has this size: when somebody has moved it away, another recording or a link may have its name
-/// by now.
-fn delete(file: &Path, size: u64) -> io::Result<()> {
-    match fs::symlink_metadata(file)?.len() == size {
-        true => fs::remove_file(file),
-        false => Err(io::Error::other("it is another file now")),
+/// A part that is written.
+struct Made {
+    path: PathBuf,
+    bytes: u64,
+    /// It could not be deleted, and that was told.
+    is_told: bool,
+}
+
+impl Made {
+    /// Deletes it, and says once why that can't be. Returns whether nothing is left to do.
+    fn delete(&mut self) -> bool {
+        // Somebody has moved it away, and one of another size has its name by now: another recording, or a link.
+        let deleted =
+            fs::symlink_metadata(&self.path).and_then(|file| match file.len() == self.bytes {
+                true => fs::remove_file(&self.path),
+                false => Err(io::Error::other("it is another file now")),
+            });
+        let Err(error) = deleted else { return true };
+        if error.kind() == ErrorKind::NotFound {
+            return true;
+        }
+        if !std::mem::replace(&mut self.is_told, true) {
+            let text = format_args!("{} can't be deleted: {error}", self.path.display());
+            leave(Level::Warn, module_path!(), text);
+        }
+        error.kind() == ErrorKind::Other
     }
 }
 
@@ -392,12 +397,11 @@ mod tests {
         // A folder in its place can't be removed as a file.
         fs::remove_file(&first).unwrap();
         fs::create_dir(&first).unwrap();
-        files.made[0].1 = fs::symlink_metadata(&first).unwrap().len();
+        files.made[0].bytes = fs::symlink_metadata(&first).unwrap().len();
         (0..4).for_each(|_| drop(make(&mut files)));
         assert_eq!(names(folder.path()), ["run-0001.mcap", "run-0004.mcap", "run-0005.mcap"]);
         fs::remove_dir(&first).unwrap();
-        fs::write(&first, vec![0; files.made[0].1 as usize]).unwrap();
-        files.made[0].1 = fs::symlink_metadata(&first).unwrap().len();
+        fs::write(&first, vec![0; files.made[0].bytes as usize]).unwrap();
         make(&mut files);
         assert_eq!(names(folder.path()), ["run-0005.mcap", "run-0006.mcap"]);
     }

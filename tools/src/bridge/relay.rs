@@ -372,10 +372,16 @@ impl Relay {
     pub(crate) fn publish_lost(&mut self, changes: u64) {
         self.unprinted += changes;
         if self.lost.is_due() {
-            let changes = std::mem::take(&mut self.unprinted);
-            self.say(&format!("{changes} changes came faster than the broker takes them"));
+            self.say_lost();
         }
         self.publish(EVENT, false, json(&PublishedEvent::Lost { changes }));
+    }
+
+    fn say_lost(&mut self) {
+        let changes = std::mem::take(&mut self.unprinted);
+        if changes > 0 {
+            self.say(&format!("{changes} changes came faster than the broker takes them"));
+        }
     }
 
     fn report_error(&self, topic: &str, error: &str) {
@@ -390,6 +396,7 @@ impl Relay {
 
     /// Says goodbye, and waits until the broker has it.
     pub(crate) fn leave(mut self, reason: &str) {
+        self.say_lost();
         self.enter(Stage::Gone, Some(reason.to_owned()));
         let Some(publisher) = self.publisher.take() else { return };
         if !publisher.leave() {

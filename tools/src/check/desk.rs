@@ -166,6 +166,9 @@ impl Shared {
         if lesson != present && self.go_to(lesson).is_err() {
             let whose = self.0.whose();
             log::warn!("{whose}there is no lesson {lesson}, so lesson {present} begins");
+            // What was wrong was in another lesson.
+            self.0.lock().passed.extend(passed);
+            return;
         }
         let mut state = self.0.lock();
         state.passed.extend(passed);
@@ -300,6 +303,18 @@ mod tests {
         while !is_so() {
             assert!(begin.elapsed() < LIMIT, "{what}");
             thread::sleep(LOOK);
+        }
+    }
+
+    #[test]
+    fn mistakes_of_a_lesson_that_is_not_there_are_not_those_of_the_first() {
+        let desk = check::desk("1", SimulatedTxt::builder(), String::new()).unwrap();
+        for (lesson, failed) in [(2, 7), (12, 0)] {
+            desk.go_on(lesson, [1], 7, "M2 turns the wrong way.");
+            let state = desk.0.lock();
+            assert_eq!((state.failed, state.wrong.is_some()), (failed, failed > 0), "{lesson}");
+            drop(state);
+            desk.go_to(1).unwrap();
         }
     }
 

@@ -166,10 +166,15 @@ fn sources(program: &Path) -> Vec<PathBuf> {
         let path = std::path::absolute(program).ok()?;
         let target = path.ancestors().find(|folder| folder.ends_with("target"))?;
         let package = target.parent()?;
+        if path.parent()?.ends_with("examples") {
+            return Some(vec![
+                package.join(format!("examples/{stem}.rs")),
+                package.join(format!("examples/{stem}/main.rs")),
+            ]);
+        }
         let mut sources = vec![
             package.join(format!("src/bin/{stem}.rs")),
             package.join(format!("src/bin/{stem}/main.rs")),
-            package.join(format!("examples/{stem}.rs")),
         ];
         let about = fs::read_to_string(package.join("Cargo.toml")).unwrap_or_default();
         let is_main = about.lines().any(|line| line.replace(' ', "") == format!("name=\"{stem}\""));
@@ -220,6 +225,8 @@ mod tests {
             assert!(of.iter().any(is_source), "{program}: {of:?}");
         }
         assert!(!sources(&package.join("target/debug/lamp")).contains(&package.join("src/main.rs")));
+        let of_example = sources(&package.join("target/debug/examples/lamp"));
+        assert!(!of_example.contains(&package.join("src/bin/lamp.rs")));
         assert!(sources(&package.join("debug/lamp")).is_empty());
     }
 }

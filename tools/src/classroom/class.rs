@@ -154,7 +154,7 @@ impl Class {
         };
         let new = if old.is_empty() { self.whole() } else { self.completed(&old)? };
         if new != old {
-            write(path, &new)?;
+            keep(path, &new)?;
         }
         Ok(())
     }
@@ -294,7 +294,16 @@ pub(super) fn read(path: &Path) -> io::Result<String> {
     text_file::read(path, LONGEST)
 }
 
-/// Writes the file as a whole, for this user only. A link stays a link.
+/// Writes a file that is read again, if it is no longer than one of a class.
+pub(super) fn keep(path: &Path, text: &str) -> anyhow::Result<()> {
+    ensure!(
+        text.len() as u64 <= LONGEST,
+        "it would have more than {LONGEST} bytes, and could not be read again: remove lines of earlier pupils"
+    );
+    write(path, text)
+}
+
+/// Writes a file as a whole, for this user only. A link stays a link.
 pub(super) fn write(path: &Path, text: &str) -> anyhow::Result<()> {
     let behind = if path.is_symlink() { path.canonicalize().ok() } else { None };
     let path = behind.as_deref().unwrap_or(path);
@@ -304,10 +313,6 @@ pub(super) fn write(path: &Path, text: &str) -> anyhow::Result<()> {
     let mut name = path.file_name().context("this is no file")?.to_owned();
     name.push(".new");
     let new = path.with_file_name(name);
-    ensure!(
-        text.len() as u64 <= LONGEST,
-        "it would have more than {LONGEST} bytes, and could not be read again: remove lines of earlier pupils"
-    );
     // What is there may be a link, or for others, too.
     let _ = fs::remove_file(&new);
     let mut options = OpenOptions::new();
@@ -329,9 +334,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("8c.csv");
         let longest = "a".repeat(LONGEST as usize);
-        write(&file, &longest).unwrap();
+        keep(&file, &longest).unwrap();
         assert_eq!(read(&file).unwrap(), longest);
-        assert!(write(&file, &(longest + "a")).unwrap_err().to_string().contains("earlier pupils"));
+        assert!(keep(&file, &(longest + "a")).unwrap_err().to_string().contains("earlier pupils"));
         assert_eq!(read(&file).unwrap().len() as u64, LONGEST);
     }
 

@@ -8,7 +8,7 @@ use anyhow::{anyhow, bail, Context};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use serde::{Deserialize, Serialize};
 
-use super::class::{read, write};
+use super::class::{keep, read};
 use crate::check::{Desk, Language};
 use crate::lines;
 use crate::panel::course::Progress;
@@ -112,7 +112,7 @@ impl Kept {
         }
         let text = text(&self.rows, &self.written)?;
         if text != self.written {
-            write(&self.path, &text)?;
+            keep(&self.path, &text)?;
             self.written = text;
         }
         Ok(())

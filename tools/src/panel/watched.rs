@@ -53,8 +53,8 @@ pub(crate) struct Watched {
     /// Name and firmware of the controller that is shown.
     controller: Option<(String, String)>,
     error: Option<Problem>,
-    /// The connection of which that is told.
-    error_of: u64,
+    /// Of a controller that another one has replaced, and for which program that was told.
+    replaced: Option<(Problem, u64)>,
     /// What is told of a connection that need not be the program's, where there is no error of the program.
     beside: Option<Beside>,
     /// None before the program's first exchange.
@@ -103,7 +103,7 @@ impl Watched {
             program: 0,
             controller: None,
             error: None,
-            error_of: 0,
+            replaced: None,
             beside: None,
             areas: Vec::new(),
             cycle_ms: 0.0,
@@ -127,7 +127,8 @@ impl Watched {
             Line::Main => self.of_main(seen),
             Line::Camera => self.of_camera(seen),
             Line::I2c => {
-                if let (Happened::I2c(exchange), true) = (&seen.what, self.followed.drives()) {
+                let is_own = self.followed.drives() && !self.followed.is_older(seen);
+                if let (Happened::I2c(exchange), true) = (&seen.what, is_own) {
                     self.i2c = Some(exchange.clone());
                 }
             }
@@ -135,19 +136,13 @@ impl Watched {
         let is_other = seen.line == Line::Main && self.followed.is_other(seen);
         // Nothing that others say hides that motors may go on.
         let warns = self.error.as_ref().is_some_and(|error| MOTORS_MAY_GO_ON.contains(&error.code));
-        let says_more = match seen.what {
-            Happened::Halted { error: Some(_), .. } => true,
-            Happened::Halted { .. } => seen.connection == self.error_of,
-            _ => false,
-        };
-        let is_hidden = is_other || (warns && !says_more);
+        let is_hidden = is_other || (warns && !matches!(seen.what, Happened::Halted { .. }));
         let of = (seen.line, seen.connection);
         if let Some(error) = problem(seen).filter(|_| !is_hidden) {
             let is_own = error.code != UNKNOWN || self.followed.drives();
             match seen.line {
-                Line::Main if is_own => {
-                    (self.error, self.error_of) = (Some(error), seen.connection)
-                }
+                Line::Main if error.code == REPLACED => self.replaced = Some((error, self.program)),
+                Line::Main if is_own => self.error = Some(error),
                 _ => self.beside = Some(Beside { error, of, until: None }),
             }
         }
@@ -172,6 +167,8 @@ impl Watched {
                 self.controller = self.said.of(seen.connection);
                 (self.error, self.unclear, self.beside) = (None, None, None);
                 self.forget();
+                // Told to the next program, too.
+                self.replaced.take_if(|(_, told)| *told + 1 < self.program);
                 // StartOnline.
                 self.commands = 1;
             }
@@ -287,7 +284,8 @@ impl Watched {
             read: last.read.as_deref().map(first),
         });
         let (answer, commands, shut) = (self.answers.state(), self.commands, self.gate.is_shut());
-        let beside = self.beside.as_ref().map(|beside| &beside.error);
+        let replaced = self.replaced.as_ref().map(|(error, _)| error);
+        let beside = replaced.or(self.beside.as_ref().map(|beside| &beside.error));
         let watched = WatchedState { program: self.program, answer, commands, i2c, shut, beside };
         let (name, firmware) = self.controller.clone().unzip();
         let areas = match &self.areas[..] {
@@ -320,7 +318,7 @@ impl Watched {
 }
 
 /// The codes of what stays until a program goes online, or the controller is stopped.
-const MOTORS_MAY_GO_ON: [&str; 3] = ["halt_failed", REPLACED, "stop_online_unanswered"];
+const MOTORS_MAY_GO_ON: [&str; 2] = ["halt_failed", "stop_online_unanswered"];
 /// The code of a missing response.
 const NO_ANSWER: &str = "no_answer";
 const UNKNOWN: &str = "unknown";

@@ -368,17 +368,17 @@ fn page_and_recording_tell_of_motors_of_a_replaced_controller_while_another_prog
         assert!(begun.elapsed() < LIMIT, "nothing is told");
         next.exchange([0; 8]);
         let state = page.state(0, |_| true);
-        if !state["link"]["error"].is_null() {
+        if !state["watched"]["beside"].is_null() {
             break state;
         }
     };
-    assert_eq!(told["link"]["error"]["code"], "replaced", "{told}");
-    let text = told["link"]["error"]["text"].as_str().unwrap();
+    assert_eq!(told["watched"]["beside"]["code"], "replaced", "{told}");
+    let text = told["watched"]["beside"]["text"].as_str().unwrap();
     assert!(text.contains("SECOND answers there in place of FIRST"), "{text}");
     next.exchange([0; 8]);
     next.end();
     let after = page.state(0, |state| state["link"]["phase"] == "idle");
-    assert_eq!(after["link"]["error"]["text"], text);
+    assert_eq!(after["watched"]["beside"]["text"], text);
     watch.running.signal("INT");
     assert!(watch.running.end().status.success());
     let transfers = transfers(&path);
