@@ -48,8 +48,8 @@ impl<'a> TransferThread<'a> {
             stop.result()
         });
         if self.connected {
-            self.shared.state().leave_on();
             self.cycle.abandon();
+            self.shared.state().leave_on();
         }
         drop(self.cycle);
         self.shared.finish(result.clone().err());
