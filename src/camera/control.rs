@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
+use crossbeam_channel::{Receiver, Sender, TrySendError};
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use super::server::CameraServer;
-use super::CameraStatistics;
+use super::{CameraFrame, CameraStatistics};
 use crate::client::{Close, Endpoint, Transport};
 use crate::error::Error;
 
@@ -13,6 +14,8 @@ use crate::error::Error;
 #[derive(Debug)]
 pub(crate) struct CameraControl {
     state: Mutex<State>,
+    /// The channel's other end, to take frames out.
+    waiting: Receiver<CameraFrame>,
     /// The stream is to stop, or its server has changed.
     changed: Condvar,
 }
@@ -55,10 +58,10 @@ pub(super) struct Server {
 
 /// What other threads do.
 impl CameraControl {
-    pub(super) fn new(server: CameraServer) -> Self {
+    pub(super) fn new(server: CameraServer, waiting: Receiver<CameraFrame>) -> Self {
         let CameraServer { endpoint, early } = server;
         let state = State { server: Some(endpoint), early, ..State::default() };
-        Self { state: Mutex::new(state), changed: Condvar::new() }
+        Self { state: Mutex::new(state), waiting, changed: Condvar::new() }
     }
 
     /// Makes the thread end soon. Does not block.
@@ -70,12 +73,17 @@ impl CameraControl {
     }
 
     /// Begins a gap, because the main connection was lost and its camera server with it: the
-    /// stream's connection is closed, and the thread waits without a limit for [`resume`](Self::resume) or
-    /// [`stop`](Self::stop). Does not block.
+    /// stream's connection is closed, frames in the channel are dropped, and the thread waits without a limit for
+    /// [`resume`](Self::resume) or [`stop`](Self::stop). Does not block.
     ///
     /// Does nothing when the stream has already ended.
     pub(crate) fn pause(&self) {
         self.change(None);
+        // Of before, and perhaps another controller answers now. Those of a stream that has ended stay.
+        let mut state = self.state.lock();
+        if !state.stopping && !state.finished {
+            state.statistics.dropped += self.waiting.try_iter().count() as u64;
+        }
     }
 
     /// Ends a gap, when the camera server was started again: the thread connects to it, again within the
@@ -196,11 +204,21 @@ impl CameraControl {
         self.state.lock().closer.is_some()
     }
 
-    /// Counts a frame that has come in, and those that were dropped for it.
-    pub(super) fn count_frame(&self, dropped: u64) {
+    /// Puts a frame of this server into the channel, and drops the oldest one if there is no room; or this one, when it is
+    /// of before a gap.
+    pub(super) fn put(&self, sender: &Sender<CameraFrame>, frame: CameraFrame, server: &Server) {
         let mut state = self.state.lock();
         state.statistics.frames += 1;
-        state.statistics.dropped += dropped;
+        if state.has_left(server) {
+            state.statistics.dropped += 1;
+            return;
+        }
+        let mut frame = frame;
+        while let Err(TrySendError::Full(back)) = sender.try_send(frame) {
+            frame = back;
+            // The program may have received it meanwhile.
+            state.statistics.dropped += u64::from(self.waiting.try_recv().is_ok());
+        }
     }
 
     /// Stores that the stream has ended; returns the error, unless it was stopped.

@@ -167,7 +167,7 @@ impl CameraOptions {
 pub struct CameraStatistics {
     /// Frames that have come in.
     pub frames: u64,
-    /// How many of these were dropped because the channel was full and newer ones came.
+    /// How many of these were dropped because the channel was full and newer ones came, or waited in it when a gap began.
     pub dropped: u64,
 }
 

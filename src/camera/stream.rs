@@ -14,7 +14,7 @@ use crate::error::{Error, Origin};
 use crate::fuzzing::{nowhere, Pieces};
 use crate::notices::notice;
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
-use crossbeam_channel::{bounded, Receiver, Sender, TrySendError};
+use crossbeam_channel::{bounded, Receiver, Sender};
 
 /// How long to wait before the next attempt to connect to a server that does not listen yet.
 const RETRY: Duration = Duration::from_millis(50);
@@ -51,10 +51,9 @@ impl CameraStream {
         options: CameraOptions,
         gap_limit: Duration,
     ) -> Result<(Self, Receiver<CameraFrame>), Error> {
-        let control = Arc::new(CameraControl::new(server));
         let (sender, receiver) = bounded(options.channel_frames);
-        let oldest = receiver.clone();
-        let reader = Reader { options, gap_limit, control: Arc::clone(&control), oldest, sender };
+        let control = Arc::new(CameraControl::new(server, receiver.clone()));
+        let reader = Reader { options, gap_limit, control: Arc::clone(&control), sender };
         let thread = std::thread::Builder::new()
             .name("ft/camera".to_owned())
             .spawn(move || reader.run())
@@ -107,8 +106,6 @@ struct Reader {
     gap_limit: Duration,
     control: Arc<CameraControl>,
     sender: Sender<CameraFrame>,
-    /// The channel's other end, to take the oldest frame out.
-    oldest: Receiver<CameraFrame>,
 }
 
 impl Reader {
@@ -151,7 +148,7 @@ impl Reader {
                 Ok(connection) => connection,
                 Err(error) => return error,
             };
-            let error = self.read_from(&mut connection, sequence);
+            let error = self.read_from(server, &mut connection, sequence);
             self.control.let_go();
             // A server that is not ready yet may close the connection before the first frame.
             let early =
@@ -203,7 +200,7 @@ impl Reader {
     }
 
     /// Reads frames until an error, and returns the error.
-    fn read_from(&self, connection: &mut Connection, sequence: &mut u64) -> Error {
+    fn read_from(&self, server: &Server, connection: &mut Connection, sequence: &mut u64) -> Error {
         loop {
             let frame = match self.read_frame(connection, *sequence) {
                 Ok(frame) => frame,
@@ -211,7 +208,7 @@ impl Reader {
             };
             let acknowledged = connection.send(REQUEST, &CAMERA_FRAME_ACKNOWLEDGE);
             // Even if that fails, because the frame is complete.
-            self.put(frame);
+            self.control.put(&self.sender, frame, server);
             *sequence += 1;
             if let Err(error) = acknowledged {
                 return error;
@@ -245,17 +242,6 @@ impl Reader {
             _ => Err(Error::FrameSize { announced, limit }),
         }
     }
-
-    /// Puts a frame into the channel, and drops the oldest one if there is no room.
-    fn put(&self, mut frame: CameraFrame) {
-        let mut dropped = 0;
-        while let Err(TrySendError::Full(back)) = self.sender.try_send(frame) {
-            frame = back;
-            // The program may have received it meanwhile.
-            dropped += u64::from(self.oldest.try_recv().is_ok());
-        }
-        self.control.count_frame(dropped);
-    }
 }
 
 /// Reads frames that come in these pieces until an error; an empty piece means a signal. Returns the frames
@@ -265,12 +251,14 @@ pub fn read_frames(
     options: CameraOptions,
 ) -> (Vec<CameraFrame>, Error, Vec<u8>) {
     let server = Pieces::new(pieces);
-    let (sender, oldest) = bounded(options.channel_frames);
-    let control = CameraControl::new(CameraServer { endpoint: nowhere(), early: None });
-    let control = Arc::new(control);
-    let reader = Reader { options, gap_limit: Duration::ZERO, control, sender, oldest };
-    let error = reader.read_from(&mut server.connection(), &mut 0);
-    (reader.oldest.try_iter().collect(), error, server.sent())
+    let (sender, receiver) = bounded(options.channel_frames);
+    let nowhere = CameraServer { endpoint: nowhere(), early: None };
+    let control = Arc::new(CameraControl::new(nowhere, receiver.clone()));
+    // A stream that goes on has a server.
+    let Some(place) = control.server() else { return (Vec::new(), Error::NotStarted, Vec::new()) };
+    let reader = Reader { options, gap_limit: Duration::ZERO, control, sender };
+    let error = reader.read_from(&place, &mut server.connection(), &mut 0);
+    (receiver.try_iter().collect(), error, server.sent())
 }
 
 #[cfg(test)]

@@ -58,7 +58,8 @@ impl TransferAreaComHandler {
     /// transfer, or by an error, which [`camera_error`](Self::camera_error) returns. The transfer
     /// goes on after an error of the camera, and the camera can be started again. A transfer that
     /// [reconnects](crate::TransferAreaComHandlerBuilder::reconnect) starts it again by itself after a gap,
-    /// and the channel goes on.
+    /// and the channel goes on. What waits in the channel when the gap begins is dropped and counted: it is of before, and
+    /// another controller may answer after it.
     ///
     /// ```
     /// # use ft_transfer_area::{CameraOptions, Error, TransferAreaComHandler};
