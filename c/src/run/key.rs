@@ -136,26 +136,33 @@ fn found(program: &OsStr) -> Option<PathBuf> {
     fs::canonicalize(place_of(program)?).ok()
 }
 
-/// Where the system finds this command; it may be a link.
+/// Where the system finds this command; it may be a link. `None` if it may look in other folders, or if it does not
+/// run this file for everybody: then it takes the next one.
 fn place_of(program: &OsStr) -> Option<PathBuf> {
     let is_path = Path::new(program).components().count() > 1;
-    let path = if is_path { None } else { env::var_os("PATH") };
-    let folders = match &path {
-        Some(path) => env::split_paths(path).collect(),
-        None => vec![PathBuf::new()],
+    let folders = match is_path {
+        true => vec![PathBuf::new()],
+        false => env::split_paths(&env::var_os("PATH")?).collect(),
     };
     let names =
         [program.to_owned(), [program, OsStr::new(env::consts::EXE_SUFFIX)].into_iter().collect()];
     let mut places = folders.iter().flat_map(|folder| names.iter().map(|name| folder.join(name)));
-    places.find(|place| can_run(place))
+    let place = places.find(|place| who_runs(place) != 0)?;
+    (who_runs(&place) == 0o111).then_some(place)
 }
 
-fn can_run(file: &Path) -> bool {
+/// Who may run this file, as in its mode: owner, group, others.
+fn who_runs(file: &Path) -> u32 {
+    let Ok(data) = fs::metadata(file) else { return 0 };
     #[cfg(unix)]
-    let may_run = |data: fs::Metadata| std::os::unix::fs::MetadataExt::mode(&data) & 0o111 != 0;
+    let mode = std::os::unix::fs::MetadataExt::mode(&data);
     #[cfg(not(unix))]
-    let may_run = |_| true;
-    file.is_file() && fs::metadata(file).is_ok_and(may_run)
+    let mode = 0o111;
+    if data.is_file() {
+        mode & 0o111
+    } else {
+        0
+    }
 }
 
 /// Whether this is one of the compilers, as in `x86_64-linux-gnu-gcc-13`.
@@ -449,7 +456,11 @@ mod tests {
         let file = folder.path().join("gcc");
         fs::write(&file, [b"\x7fELF\0".as_slice(), &[0; 64]].concat()).unwrap();
         assert!(state_of(&file).is_some());
-        assert!(found(file.as_os_str()).is_none(), "it is not executable");
+        for (mode, runs) in [(0o644, false), (0o744, false), (0o755, true)] {
+            let mode = std::os::unix::fs::PermissionsExt::from_mode(mode);
+            fs::set_permissions(&file, mode).unwrap();
+            assert_eq!(found(file.as_os_str()).is_some(), runs, "only for everybody");
+        }
         fs::write(&file, [b"#!/bin/sh\nexec gcc \"$@\"\n".as_slice(), &[b'\n'; 64]].concat())
             .unwrap();
         assert_eq!(state_of(&file), None);
