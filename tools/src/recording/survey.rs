@@ -55,7 +55,7 @@ pub(crate) struct Survey {
     pub(super) outputs: [[bool; IZ_MOTOR]; MAX_AREAS],
     pub(crate) transfers: u64,
     pub(crate) cycles: u64,
-    /// Where cycles begin anew or end.
+    /// Where cycles begin anew or end, each place once.
     #[serde(skip)]
     pub(super) bounds: Vec<Place>,
     /// Entries that are missing because the disk was too slow.
@@ -130,8 +130,9 @@ impl Survey {
         let mut last_number = u64::MAX;
         while let Some(entry) = recording.next() {
             let entry = entry?;
-            if is_bound(&entry.what, &mut last_number) {
-                survey.bounds.push(recording.place());
+            let place = recording.place();
+            if is_bound(&entry.what, &mut last_number) && survey.bounds.last() != Some(&place) {
+                survey.bounds.push(place);
             }
             progress.inc(1);
             survey.length = survey.length.max(entry.at);
@@ -304,6 +305,9 @@ pub(crate) fn progress(doing: &str) -> ProgressBar {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Instant;
+
+    use ft_transfer_area_recorder::{Options, Recorder};
     use serde_json::json;
 
     use super::super::unusual::Sentence;
@@ -319,6 +323,20 @@ mod tests {
         }
         assert_eq!((&*survey.device_name, survey.controller_changes), ("FIRST", 999));
         assert_eq!(survey.later_controllers.len(), LISTED_CONTROLLERS);
+    }
+
+    #[test]
+    fn of_many_ends_of_cycles_in_one_place_one_is_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let (recorder, mut feed) = Recorder::fed(&path, Options::default()).unwrap();
+        for _ in 0..300 {
+            feed.transfer(Instant::now(), Transfer::Ended);
+        }
+        drop(feed);
+        recorder.finish().unwrap();
+        let bounds = Survey::of_file(&path).unwrap().bounds;
+        assert!(!bounds.is_empty() && bounds.is_sorted_by(|one, next| one < next), "{bounds:?}");
     }
 
     #[test]
