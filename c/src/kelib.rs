@@ -149,13 +149,13 @@ fn begin_again(session: &ProgramSession<FishX1Transfer>) -> Result<(), Error> {
 }
 
 /// Calls the program's function, if there is one.
-fn call() -> ControlFlow<()> {
+fn call() -> ControlFlow<Option<String>> {
     let _called = CALLED.lock();
     let callback = *CALLBACK.lock();
     match callback {
         Some(callback) if inside::leave(|| callback(areas_of_program(), AREAS as i32)) == 0 => {
             *CALLBACK.lock() = None;
-            ControlFlow::Break(())
+            ControlFlow::Break(None)
         }
         _ => ControlFlow::Continue(()),
     }

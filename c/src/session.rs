@@ -40,8 +40,8 @@ pub(crate) const STATUS_SYNC: u8 = 2;
 const STATUS_ENDING: u8 = 3;
 
 /// What a program has done in the library's thread after each response. It may read and write its areas, and
-/// what it writes goes out in the same cycle. `Break` stops the transfer.
-pub(crate) type CycleCall = Box<dyn FnMut() -> ControlFlow<()> + Send>;
+/// what it writes goes out in the same cycle. `Break` stops the transfer, and has why, if a person is to know it.
+pub(crate) type CycleCall = Box<dyn FnMut() -> ControlFlow<Option<String>> + Send>;
 
 /// What is called when something has happened, in the library's thread: it must be quick.
 pub(crate) type Listener = Box<dyn FnMut(AreaEvent) + Send>;
@@ -325,9 +325,19 @@ impl<A: Area> Drop for ProgramSession<A> {
 impl<A: Area> SessionParts<A> {
     fn run(&self) {
         let area = self.handler.areas().clone();
-        while let Ok(ControlFlow::Continue(())) = self.cycle(&area) {}
-        // The handler has logged an error; the first one says more than one of ending.
+        let why = loop {
+            match self.cycle(&area) {
+                Ok(ControlFlow::Continue(())) => {}
+                Ok(ControlFlow::Break(why)) => break why,
+                // The handler has logged it.
+                Err(_) => break None,
+            }
+        };
+        // The first error says more than one of ending.
         let _ = self.end_transfer();
+        if let Some(why) = why {
+            report::failure(format_args!("{}: {why}", self.host));
+        }
         log::debug!("the transfer area has ended");
         self.stop_outputs();
         self.set_status(STATUS_STOP);
@@ -350,10 +360,10 @@ impl<A: Area> SessionParts<A> {
         self.status.store(status, Ordering::SeqCst);
     }
 
-    fn cycle(&self, area: &TransferAreas) -> Result<ControlFlow<()>, Error> {
+    fn cycle(&self, area: &TransferAreas) -> Result<ControlFlow<Option<String>>, Error> {
         let mut areas = self.wait_cycle(area)?;
         if self.asked_to_end.load(Ordering::Acquire) {
-            return Ok(ControlFlow::Break(()));
+            return Ok(ControlFlow::Break(None));
         }
         self.take_in(&areas);
         let begun = Instant::now();

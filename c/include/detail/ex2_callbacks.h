@@ -2,6 +2,7 @@
 #ifndef FT_EX2_CALLBACKS_H
 #define FT_EX2_CALLBACKS_H
 
+#include <cstddef>
 #include <cstdio>
 #include <exception>
 #include <functional>
@@ -70,17 +71,17 @@ public:
         m_before.swap(now);
     }
 
-    /* What the library calls after each exchange. 0 ends the transfer. */
-    static int cycle(void *callbacks)
+    /* This is an ft_ex2_cycle. */
+    static int cycle(void *callbacks, char *sentence, std::size_t size)
     {
         try {
             std::shared_ptr<Callbacks> here = static_cast<Callbacks *>(callbacks)->shared_from_this();
             here->compare();
             return 1;
         } catch (const std::exception &exception) {
-            std::fprintf(stderr, "ft-transfer-area: a callback has thrown: %s\n", exception.what());
+            std::snprintf(sentence, size, "a callback has thrown: %s", exception.what());
         } catch (...) {
-            std::fputs("ft-transfer-area: a callback has thrown\n", stderr);
+            std::snprintf(sentence, size, "a callback has thrown");
         }
         return 0;
     }

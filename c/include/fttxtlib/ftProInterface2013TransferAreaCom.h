@@ -24,8 +24,9 @@
 
 extern "C" {
 struct ft_ex2;
-struct ft_ex2 *ft_ex2_new(int areas, const char *host, const char *port, int (*cycle)(void *),
-                          void *context);
+/* Called after each exchange. 0 ends the transfer, and then the library writes the sentence. */
+typedef int (*ft_ex2_cycle)(void *context, char *sentence, std::size_t size);
+struct ft_ex2 *ft_ex2_new(int areas, const char *host, const char *port, ft_ex2_cycle cycle, void *context);
 void ft_ex2_free(struct ft_ex2 *handler);
 FISH_X1_TRANSFER *ft_ex2_areas(struct ft_ex2 *handler);
 uint32_t ft_ex2_start(struct ft_ex2 *handler);
@@ -110,7 +111,7 @@ public:
     }
 
 protected:
-    ftIF2013TransferAreaComHandler(int nAreas, const char *name, const char *port, int (*cycle)(void *),
+    ftIF2013TransferAreaComHandler(int nAreas, const char *name, const char *port, ft_ex2_cycle cycle,
                                    void *context)
         : m_nAreas(nAreas), m_handler(ft_ex2_new(nAreas, name, port, cycle, context)),
           m_transferarea(ft_ex2_areas(m_handler))

@@ -1,7 +1,7 @@
 //! FtTxtLib's handler: areas of its own, exchanged by a thread.
 #![allow(unreachable_pub, reason = "the linker exports it")]
 
-use std::ffi::c_void;
+use std::ffi::{c_char, c_void, CStr};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
@@ -20,10 +20,13 @@ use crate::mirror::{Mirror, DEV_MODE_ONLINE};
 use crate::report;
 use crate::session::{ProgramSession, SessionSettings};
 
-/// The function that is called after each response; it returns 0 to end the transfer.
+/// It returns 0 to end the transfer, and may write why, as a text that ends with 0, into the bytes that it gets.
+pub(super) type CycleFunction = extern "C-unwind" fn(*mut c_void, *mut c_char, usize) -> i32;
+
+/// The function that is called after each response.
 #[derive(Clone)]
 pub(super) struct Cycle {
-    function: extern "C-unwind" fn(*mut c_void) -> i32,
+    function: CycleFunction,
     context: *mut c_void,
     /// Whether the handler was freed, perhaps by the function itself.
     freed: Arc<AtomicBool>,
@@ -35,21 +38,20 @@ unsafe impl Send for Cycle {}
 unsafe impl Sync for Cycle {}
 
 impl Cycle {
-    pub(super) fn new(
-        function: extern "C-unwind" fn(*mut c_void) -> i32,
-        context: *mut c_void,
-    ) -> Self {
+    pub(super) fn new(function: CycleFunction, context: *mut c_void) -> Self {
         Self { function, context, freed: Arc::default() }
     }
 
-    fn call(&self) -> ControlFlow<()> {
+    fn call(&self) -> ControlFlow<Option<String>> {
+        let mut why = [0; 512];
+        let (bytes, size) = (why.as_mut_ptr(), why.len());
         let goes_on = !self.freed.load(Ordering::Acquire)
-            && inside::leave(|| (self.function)(self.context)) != 0;
+            && inside::leave(|| (self.function)(self.context, bytes.cast(), size)) != 0;
         if goes_on && !self.freed.load(Ordering::Acquire) {
-            ControlFlow::Continue(())
-        } else {
-            ControlFlow::Break(())
+            return ControlFlow::Continue(());
         }
+        let why = CStr::from_bytes_until_nul(&why).ok().filter(|why| !why.is_empty());
+        ControlFlow::Break(why.map(|why| why.to_string_lossy().into_owned()))
     }
 }
 

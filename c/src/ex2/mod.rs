@@ -12,7 +12,7 @@ use ft_transfer_area::transfer_area::FishX1Transfer;
 use crate::errors::{code_of, FTLIB_ERR_FAILED, FTLIB_ERR_INVALID_PARAM, FTLIB_ERR_SUCCESS};
 use crate::ffi::{guarded, text_of};
 use crate::report;
-use handler::{Cycle, Ex2};
+use handler::{Cycle, CycleFunction, Ex2};
 
 /// A handler as C passes it: null, or from [`ft_ex2_new`] and not freed.
 type Handle<'a> = Option<&'a Ex2>;
@@ -28,7 +28,7 @@ pub unsafe extern "C" fn ft_ex2_new(
     areas: i32,
     host: *const c_char,
     port: *const c_char,
-    cycle: Option<extern "C-unwind" fn(*mut c_void) -> i32>,
+    cycle: Option<CycleFunction>,
     context: *mut c_void,
 ) -> *mut Ex2 {
     guarded(ptr::null_mut(), || {

@@ -135,7 +135,7 @@ fn what_ends_by_a_callback_is_over_for_the_program_at_once() {
     let silent = Arc::clone(&txt);
     session.set_cycle_call(Some(Box::new(move || {
         silent.with_machine(|machine| machine.disturb(FaultKind::Silence));
-        ControlFlow::Break(())
+        ControlFlow::Break(None)
     })));
     let begun = Instant::now();
     while session.array().load(duty(&session)) != 0 {

@@ -19,13 +19,13 @@ int main()
     callbacks->begin();
     areas[0].ftX1out.distance[0] = 100;
     areas[0].ftX1out.motor_ex_cmd_id[0] = 1;
-    detail::Callbacks::cycle(callbacks.get());
+    detail::Callbacks::cycle(callbacks.get(), nullptr, 0);
     // It is done, and before that is compared, the program has ended the mode, which is done with the next exchange.
     areas[0].ftX1in.motor_ex_cmd_id[0] = 1;
     areas[0].ftX1out.distance[0] = 0;
     areas[0].ftX1out.motor_ex_cmd_id[0] = 2;
-    detail::Callbacks::cycle(callbacks.get());
+    detail::Callbacks::cycle(callbacks.get(), nullptr, 0);
     areas[0].ftX1in.motor_ex_cmd_id[0] = 2;
-    detail::Callbacks::cycle(callbacks.get());
+    detail::Callbacks::cycle(callbacks.get(), nullptr, 0);
     return reached == 1 ? 0 : 1;
 }
