@@ -304,7 +304,7 @@ pub(crate) fn progress(doing: &str) -> ProgressBar {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::time::Instant;
 
     use ft_transfer_area_recorder::{Options, Recorder};
@@ -312,6 +312,16 @@ mod tests {
 
     use super::super::unusual::Sentence;
     use super::*;
+
+    /// Records 300 transfers that have no cycle.
+    pub(in super::super) fn record_ends(path: &Path) {
+        let (recorder, mut feed) = Recorder::fed(path, Options::default()).unwrap();
+        for _ in 0..300 {
+            feed.transfer(Instant::now(), Transfer::Ended);
+        }
+        drop(feed);
+        recorder.finish().unwrap();
+    }
 
     #[test]
     fn of_controllers_in_turn_the_first_are_listed_and_all_are_counted() {
@@ -329,12 +339,7 @@ mod tests {
     fn of_many_ends_of_cycles_in_one_place_one_is_kept() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.mcap");
-        let (recorder, mut feed) = Recorder::fed(&path, Options::default()).unwrap();
-        for _ in 0..300 {
-            feed.transfer(Instant::now(), Transfer::Ended);
-        }
-        drop(feed);
-        recorder.finish().unwrap();
+        record_ends(&path);
         let bounds = Survey::of_file(&path).unwrap().bounds;
         assert!(!bounds.is_empty() && bounds.is_sorted_by(|one, next| one < next), "{bounds:?}");
     }

@@ -541,6 +541,7 @@ mod tests {
     use ft_transfer_area_simulator::SimulatedTxt;
 
     use super::*;
+    use crate::recording::survey::tests::record_ends;
     use crate::recording::survey::Survey;
 
     /// Kinds of records.
@@ -630,12 +631,7 @@ mod tests {
     fn of_transfers_without_a_cycle_the_first_are_kept() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.mcap");
-        let (recorder, mut feed) = Recorder::fed(&path, Options::default()).unwrap();
-        for _ in 0..300 {
-            feed.transfer(Instant::now(), Transfer::Ended);
-        }
-        drop(feed);
-        recorder.finish().unwrap();
+        record_ends(&path);
         let recording = Recording::open(&path).unwrap();
         let mut player =
             Player::new(recording, Vec::new(), Duration::ZERO..Duration::MAX, None, false);
