@@ -240,9 +240,7 @@ pub(crate) fn asks_for_warnings(text: &[u8]) -> bool {
 
 /// A text with a fixed name for the build folder, which has another one each time.
 pub(crate) fn with_fixed_name(text: &[u8], build: &Path) -> Vec<u8> {
-    let build = build.to_string_lossy();
-    // As a text in C.
-    let build = if cfg!(windows) { build.replace('\\', "\\\\") } else { build.into_owned() };
+    let build = in_text(build);
     let mut fixed = Vec::with_capacity(text.len());
     for line in text.split_inclusive(|byte| *byte == b'\n') {
         match std::str::from_utf8(line) {
@@ -253,6 +251,22 @@ pub(crate) fn with_fixed_name(text: &[u8], build: &Path) -> Vec<u8> {
         }
     }
     fixed
+}
+
+/// Whether this text itself names the build folder, as `__FILE__` does in a header that is found there.
+pub(crate) fn names_folder(text: &[u8], build: &Path) -> bool {
+    let (text, build) = (String::from_utf8_lossy(text), in_text(build));
+    text.lines().any(|line| !line.starts_with("# ") && line.contains(&build))
+}
+
+/// A path as a text in C has it.
+fn in_text(path: &Path) -> String {
+    let path = path.to_string_lossy();
+    if cfg!(windows) {
+        path.replace('\\', "\\\\")
+    } else {
+        path.into_owned()
+    }
 }
 
 /// What is in the files that a text is from: with the comments and spaces that warnings depend on and show.

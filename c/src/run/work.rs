@@ -262,7 +262,8 @@ impl Unit<'_> {
         let mut command = self.command();
         command.args(["-E", "-fpch-preprocess"]);
         let output = signals::output_of(&mut command).map_err(too_much)?;
-        if !output.status.success() {
+        // The next start has another build folder.
+        if !output.status.success() || key::names_folder(&output.stdout, &self.plan.build) {
             return Ok(None);
         }
         let [text, said] = [&output.stdout, &output.stderr]

@@ -33,6 +33,13 @@ const INCBIN: &str = "__asm__(\".globl d\\nd: .incbin \\\"data\\\"\\n\");\nexter
 const SECTION: &str =
     "__attribute__((section(\".data\\n.globl d\\nd: .inc\" \"bin \\\"data\\\"\\n.section .x\")))\n\
     int x = 1;\nextern const char d;\nint main(void) { return d - '0'; }\n";
+/// Returns what is in the file beside the header `m/h.h`. The compiler gets a copy of it: `own.h` is spelled as on Windows.
+const BESIDE_HEADER: &str =
+    "#include \"Own.h\"\n#define HEADER \"m/h.h\"\n#include HEADER\n#include <stdio.h>\n\
+    int main(void) { FILE *f = fopen(file(), \"r\"); return f ? getc(f) - '0' : 9; }\n";
+/// Knows the file beside it.
+const KNOWS_FILE: &str = "static const char *file(void)\n{ static char name[999]; int n = 0;\n\
+    for (const char *c = __FILE__; *c; c++) name[n++] = *c;\nname[n - 1] = 'n'; return name; }\n";
 const ONE: &str = "#define V 1\n";
 const TWO: &str = "#define V 2\n";
 
@@ -69,6 +76,14 @@ const CASES: &[Case] = &[
         before: &[("h.h", ONE)],
         after: &[("h.h", TWO)],
         line: &["CC=clang"],
+        is_kept: false,
+    },
+    Case {
+        name: "the build folder in the name of a header",
+        source: BESIDE_HEADER,
+        before: &[("own.h", ""), ("m/h.h", KNOWS_FILE), ("m/h.n", "1")],
+        after: &[("m/h.n", "2")],
+        line: &[],
         is_kept: false,
     },
     Case {
