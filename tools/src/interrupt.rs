@@ -11,7 +11,7 @@ use std::{io, process};
 use anyhow::Context;
 use crossbeam_channel::{bounded, Receiver, Sender};
 #[cfg(unix)]
-use nix::sys::signal::{SigSet, Signal};
+use nix::sys::signal::{SigSet, SigmaskHow, Signal};
 #[cfg(target_os = "linux")]
 use signal_hook::flag;
 #[cfg(unix)]
@@ -225,6 +225,16 @@ pub(crate) fn outlive_full_files() {
             log::warn!("a limit for the size of files would end this program: {error}");
         }
     }
+}
+
+/// Starts a process that holds back no signal: it would take over from this thread what only this program waits for.
+pub(crate) fn start(command: &mut process::Command) -> io::Result<process::Child> {
+    #[cfg(unix)]
+    let held_back = SigSet::all().thread_swap_mask(SigmaskHow::SIG_UNBLOCK)?;
+    let child = command.spawn();
+    #[cfg(unix)]
+    held_back.thread_set_mask()?;
+    child
 }
 
 /// What ends or suspends a whole group, such as a service or a terminal's session, leaves this process alone.

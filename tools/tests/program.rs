@@ -20,14 +20,19 @@ const SESSION: &str = "(setsid sleep 600 &); echo ready; wait; sleep 600";
 #[cfg(not(target_os = "linux"))]
 const SESSION: &str = GOES_ON;
 
-/// The commands that start this program.
+/// The commands that start this script.
 fn commands(txt: &SimulatedTxt, script: &str) -> [Command; 2] {
+    commands_with(txt, &["sh", "-c", script])
+}
+
+/// The commands that start this program.
+fn commands_with(txt: &SimulatedTxt, program: &[&str]) -> [Command; 2] {
     let host = txt.address().to_string();
     let check = ["check", "--language", "en", "1"];
     let watch = ["watch", &host, "--port", "0", "--no-page", "--"];
     [&check[..], &watch[..]].map(|arguments| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
-        command.args(arguments).args(["sh", "-c", script]).stderr(Stdio::null());
+        command.args(arguments).args(program).stderr(Stdio::null());
         command
     })
 }
@@ -61,6 +66,18 @@ fn what_it_has_started_is_not_left_when_it_ends() {
         let running = Running::start(&mut command);
         assert!(running.leaves_nothing(), "{command:?}");
         assert_eq!(running.end().status.code(), Some(status), "{command:?}");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn it_holds_back_no_signal() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    for mut command in commands_with(&txt, &["grep", "-h", "SigBlk", "/proc/self/status"]) {
+        let running = Running::start(&mut command);
+        let mut lines = std::iter::repeat_with(|| running.line());
+        let line = lines.find(|line| line.starts_with("SigBlk")).unwrap();
+        assert_eq!(line, "SigBlk:\t0000000000000000", "{command:?}");
     }
 }
 
