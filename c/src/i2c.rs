@@ -42,6 +42,9 @@ const END_LIMIT: Duration = Duration::from_secs(1);
 /// What is called at the end of a request: its value and one of `I2C_…`.
 pub(crate) type Done = Box<dyn FnOnce(u16, u16) + Send>;
 
+/// Whether a request is still to be carried out: it is for the controller of its transfer.
+pub(crate) type IsValid = Box<dyn Fn() -> bool + Send>;
+
 /// What to do with a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Access {
@@ -189,7 +192,7 @@ fn is_of_the_bus(error: &Error) -> bool {
 /// The thread that carries out the requests for one controller, in their order.
 pub(crate) struct I2cThread {
     /// `None` when it ends.
-    requests: Option<SyncSender<(Request, Done)>>,
+    requests: Option<SyncSender<(Request, IsValid, Done)>>,
     ending: Arc<AtomicBool>,
     /// Closed when the thread has ended.
     ended: Receiver<()>,
@@ -225,15 +228,20 @@ impl I2cThread {
         Ok(Self { requests: Some(requests), ending, ended, thread: Some(thread) })
     }
 
-    /// Has a request carried out. Returns at once; `done` is called later, by the thread, unless the thread is
+    /// Has a request carried out, unless it is no longer valid then. Returns at once; `done` is called later, by the thread, unless the thread is
     /// asked to end before.
     ///
     /// # Errors
     ///
     /// `FTLIB_ERR_NO_MEMORY` when too many requests are waiting, `FTLIB_ERR_FAILED` when the thread has ended.
-    pub(crate) fn request(&self, request: Request, done: Done) -> Result<(), u32> {
+    pub(crate) fn request(
+        &self,
+        request: Request,
+        is_valid: IsValid,
+        done: Done,
+    ) -> Result<(), u32> {
         let requests = self.requests.as_ref().ok_or(FTLIB_ERR_FAILED)?;
-        requests.try_send((request, done)).map_err(|error| match error {
+        requests.try_send((request, is_valid, done)).map_err(|error| match error {
             TrySendError::Full(_) => FTLIB_ERR_NO_MEMORY,
             TrySendError::Disconnected(_) => FTLIB_ERR_FAILED,
         })
@@ -266,27 +274,30 @@ struct Worker<C> {
 }
 
 impl<C: FnMut() -> Result<I2cClient, Error>> Worker<C> {
-    fn run(&mut self, waiting: &Receiver<(Request, Done)>) {
-        while let Ok((request, done)) = waiting.recv() {
-            let result = self.repeat(&request);
+    fn run(&mut self, waiting: &Receiver<(Request, IsValid, Done)>) {
+        while let Ok((request, is_valid, done)) = waiting.recv() {
+            let result = self.repeat(&request, &is_valid);
             if self.is_ending() {
                 return;
             }
-            if let Err(error) = &result {
-                report::warning(format_args!("{}, I2C: {error:#}", self.host));
+            if let Err(why) = &result {
+                report::warning(format_args!("{}, I2C: {why}", self.host));
             }
             done(*result.as_ref().unwrap_or(&0), request.status(result.is_ok()));
         }
     }
 
-    /// Carries out a request, and repeats it as its flags say.
-    fn repeat(&mut self, request: &Request) -> Result<u16, Error> {
+    /// Carries out a request, and repeats it as its flags say, as long as it is valid. An error is a sentence.
+    fn repeat(&mut self, request: &Request, is_valid: &IsValid) -> Result<u16, String> {
         let mut repeats = request.repeats;
         loop {
+            if !is_valid() {
+                return Err("the transfer has ended in which this was requested".to_owned());
+            }
             let result = self.perform(request);
             let repeatable = result.as_ref().err().is_some_and(is_of_the_bus);
             if !repeatable || repeats == Some(0) || self.is_ending() {
-                return result;
+                return result.map_err(|error| format!("{error:#}"));
             }
             repeats = repeats.map(|repeats| repeats - 1);
             thread::sleep(PAUSE);

@@ -1,7 +1,7 @@
 //! A program's areas kept in step with one controller, by a thread of this library.
 
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU8, Ordering};
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -71,6 +71,8 @@ struct SessionParts<A: Area> {
     online: Mutex<Option<Online>>,
     array: Arc<AreaArray<A>>,
     mirror: Mutex<Mirror<A>>,
+    /// How many transfers were begun.
+    transfers: AtomicU32,
     /// Held while the outputs are taken, and by calls that write several of them.
     outputs: Mutex<()>,
     cycle_call: Mutex<Option<CycleCall>>,
@@ -127,6 +129,7 @@ impl<A: Area> ProgramSession<A> {
             online: Mutex::new(None),
             mirror: Mutex::new(mirror),
             array,
+            transfers: AtomicU32::new(0),
             outputs: Mutex::new(()),
             cycle_call: Mutex::new(None),
             took_long: AtomicBool::new(false),
@@ -196,6 +199,7 @@ impl<A: Area> ProgramSession<A> {
         if let Some(ended) = thread.take() {
             join(ended, &self.shared.host);
         }
+        self.shared.transfers.fetch_add(1, Ordering::AcqRel);
         report::start();
         exit::watch_signals();
         self.shared.asked_to_end.store(false, Ordering::Release);
@@ -247,6 +251,11 @@ impl<A: Area> ProgramSession<A> {
         };
         calling::spawn("ft/session", 0, run)
             .map_err(|cause| Error::ThreadNotStarted { cause: cause.into() })
+    }
+
+    /// The number of the transfer that runs, or was the last one; 0 before the first.
+    pub(crate) fn transfer(&self) -> u32 {
+        self.shared.transfers.load(Ordering::Acquire)
     }
 
     /// Whether areas are exchanged.

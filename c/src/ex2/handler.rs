@@ -139,6 +139,8 @@ impl Ex2 {
         let cycle = self.cycle.clone();
         new.set_cycle_call(Some(Box::new(move || cycle.call())));
         let new = Arc::new(new);
+        // Another controller may answer now.
+        *self.frames.lock() = None;
         // Before it starts: its first cycle may ask for it.
         *session = Some(Arc::clone(&new));
         drop(session);

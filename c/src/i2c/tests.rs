@@ -52,7 +52,7 @@ fn thread_for(txt: &SimulatedTxt) -> I2cThread {
 fn ask(thread: &I2cThread, request: Request) -> Receiver<(u16, u16)> {
     let (sender, receiver) = mpsc::channel();
     let done = Box::new(move |value, status| sender.send((value, status)).unwrap_or_default());
-    thread.request(request, done).unwrap();
+    thread.request(request, Box::new(|| true), done).unwrap();
     receiver
 }
 
@@ -119,7 +119,7 @@ fn too_many_requests_are_refused() {
     let txt = SimulatedTxt::builder().start().unwrap();
     let thread = thread_for(&txt);
     let for_ever = Request::new(0x18, 5, BYTES | 2 << 5, Access::Read).unwrap();
-    let request = || thread.request(for_ever.clone(), Box::new(|_, _| {}));
+    let request = || thread.request(for_ever.clone(), Box::new(|| true), Box::new(|_, _| {}));
     // One may be carried out already.
     let refused = (0..WAITING + 2).filter_map(|_| request().err()).next();
     assert_eq!(refused, Some(FTLIB_ERR_NO_MEMORY));

@@ -28,6 +28,8 @@ const CHANGES: usize = 1000;
 pub(super) trait Owner: Send + Sync {
     /// No call is made for one that is closed.
     fn is_open(&self) -> bool;
+    /// The number of its transfer. No call is made for what has happened in an earlier one.
+    fn transfer(&self) -> u32;
     /// What callbacks with a context get.
     fn context(&self) -> Context;
 }
@@ -41,8 +43,8 @@ fn set_for(event: Event) -> Option<EventCallback> {
 }
 
 enum Call {
-    /// For the callback that is set when its turn comes.
-    Event(Event, Told),
+    /// For the callback that is set when its turn comes, of a transfer.
+    Event(Event, Told, u32),
     /// One that was given with a request.
     Once(Box<dyn FnOnce(Context) + Send>),
 }
@@ -53,6 +55,12 @@ impl Call {
             Self::Event(event, ..) => Some(*event),
             Self::Once(_) => None,
         }
+    }
+
+    /// Whether the program may still be told, with what it then knows of this device.
+    fn is_for(&self, owner: &dyn Owner) -> bool {
+        let is_over = matches!(self, Self::Event(.., transfer) if *transfer != owner.transfer());
+        owner.is_open() && !is_over
     }
 }
 
@@ -78,14 +86,17 @@ struct Queue {
 impl Queue {
     /// Gives the new value of an input to the call that already waits for it, if this is one for an input.
     fn renew(&mut self, owner: &Weak<dyn Owner>, call: &Call) -> bool {
-        let (event, newer) = match call {
-            Call::Event(event, told) if event.is_change() => (*event, told),
+        let (event, newer, transfer) = match call {
+            Call::Event(event, told, transfer) if event.is_change() => (*event, told, transfer),
             Call::Event(..) | Call::Once(_) => return false,
         };
         let place = (newer.controller, newer.what);
         let mut waiting = self.waiting.iter_mut().rev().filter(|(it, _)| it.ptr_eq(owner));
         let same = waiting.find_map(|(_, call)| match call {
-            Call::Event(it, told) if *it == event && (told.controller, told.what) == place => {
+            Call::Event(it, told, of)
+                if (*it, &*of, told.controller, told.what)
+                    == (event, &*transfer, place.0, place.1) =>
+            {
                 Some(told)
             }
             Call::Event(..) | Call::Once(_) => None,
@@ -124,8 +135,9 @@ impl Callbacks {
 
     /// Tells the program of an event, if it wants to know.
     pub(super) fn event(&self, owner: Weak<dyn Owner>, event: Event, told: Told) {
+        let Some(transfer) = owner.upgrade().map(|owner| owner.transfer()) else { return };
         if set_for(event).is_some() {
-            self.push(owner, Call::Event(event, told));
+            self.push(owner, Call::Event(event, told, transfer));
         }
     }
 
@@ -156,7 +168,7 @@ impl Callbacks {
         while let Some((owner, call)) = self.next() {
             let context = owner.context();
             match call {
-                Call::Event(event, told) => {
+                Call::Event(event, told, _) => {
                     // Under no lock: the callback may set callbacks. `next` has seen one, and a thread that has
                     // removed it since then waits for this call.
                     if let Some(callback) = set_for(event) {
@@ -185,7 +197,8 @@ impl Callbacks {
                 self.wake.wait(&mut queue);
                 continue;
             };
-            let Some(owner) = owner.upgrade().filter(|owner| owner.is_open()) else { continue };
+            let owner = owner.upgrade().filter(|owner| call.is_for(&**owner));
+            let Some(owner) = owner else { continue };
             queue.running = Some(Running {
                 event: call.event(),
                 owner: Arc::downgrade(&owner),
@@ -282,6 +295,10 @@ mod tests {
             true
         }
 
+        fn transfer(&self) -> u32 {
+            1
+        }
+
         fn context(&self) -> Context {
             null_mut()
         }
@@ -299,7 +316,7 @@ mod tests {
         let push = |event, what, value| {
             let input = InputNow { value, ..InputNow::default() };
             let told = Told { controller: 0, what, input };
-            callbacks.push(Arc::downgrade(&open), Call::Event(event, told));
+            callbacks.push(Arc::downgrade(&open), Call::Event(event, told, 1));
         };
         for value in 0..3000 {
             push(Event::UniChanged, 5, value);
@@ -316,7 +333,7 @@ mod tests {
         let values: Vec<_> = waiting
             .iter()
             .filter_map(|(_, call)| match call {
-                Call::Event(Event::UniChanged, told) if told.what == 5 => Some(told.input.value),
+                Call::Event(Event::UniChanged, told, _) if told.what == 5 => Some(told.input.value),
                 Call::Event(..) | Call::Once(_) => None,
             })
             .collect();

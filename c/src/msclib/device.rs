@@ -166,7 +166,9 @@ impl Device {
                 none.insert(I2cThread::start(&self.host, connect)?)
             }
         };
-        thread.request(request, done)
+        let (device, transfer) = (Arc::downgrade(self), self.session.transfer());
+        let is_valid = move || device.upgrade().is_some_and(|it| it.session.transfer() == transfer);
+        thread.request(request, Box::new(is_valid), done)
     }
 
     /// What callbacks with a context get from now on.
@@ -239,6 +241,10 @@ impl Transfer for Device {
 impl Owner for Device {
     fn is_open(&self) -> bool {
         !self.closed.load(Ordering::Acquire)
+    }
+
+    fn transfer(&self) -> u32 {
+        self.session.transfer()
     }
 
     fn context(&self) -> Context {

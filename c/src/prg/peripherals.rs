@@ -83,7 +83,10 @@ fn i2c(
         let done =
             move |value, status| tell(&callbacks, &areas, callback, I2cResult { value, status });
         let request = Request::new(device, offset, protocol, access);
-        let begun = request.and_then(|request| system.i2c.lock().request(request, Box::new(done)));
+        let begun = request.and_then(|request| {
+            // There is one transfer.
+            system.i2c.lock().request(request, Box::new(|| true), Box::new(done))
+        });
         begun.err().unwrap_or(FTLIB_ERR_SUCCESS)
     })
 }

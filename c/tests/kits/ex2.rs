@@ -112,6 +112,14 @@ fn frames_of_the_camera_come_in_while_the_transfer_runs() {
 }
 
 #[test]
+fn a_frame_of_before_a_loss_is_none_of_the_next_transfer() {
+    let loss = Fault::at_response(300, FaultKind::Close { after: 0 });
+    let txt = simulated().fault(loss).start().unwrap();
+    let Some(running) = started(&txt, "picture") else { return };
+    running.end().well();
+}
+
+#[test]
 fn a_program_that_ends_without_a_stop_leaves_no_motor_on() {
     let txt = simulated().extensions(1).start().unwrap();
     let Some(running) = started(&txt, "leave") else { return };

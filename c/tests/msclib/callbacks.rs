@@ -234,9 +234,40 @@ extern "system" fn hangs(_: u32, _: u32) {
     STUCK.fetch_sub(1, Ordering::SeqCst);
 }
 
+fn let_go(now: bool) {
+    *LET_GO.0.lock() = now;
+    LET_GO.1.notify_all();
+}
+
+#[test]
+fn what_has_happened_in_an_earlier_transfer_is_not_told_in_the_next_one() {
+    let _library = initialized();
+    let_go(false);
+    let txt = txt();
+    let device = Device::open(&txt);
+    device.start();
+    forget();
+    set_all();
+    SetCBCounterResetted(Some(hangs));
+    assert_eq!(StartCounterReset(device.0, 0, 0), SUCCESS);
+    wait("the callback", || STUCK.load(Ordering::SeqCst) == 1);
+    assert_eq!(StartMotorExCmd(device.0, 0, 1, 512, 0, 4, 0, 20), SUCCESS);
+    wait("the motor", || device.input(0).motor_ex_reached[1] == 1);
+    device.pass();
+    assert_eq!(ftxStopTransferArea(device.0), SUCCESS);
+    device.start();
+    SetCBCounterResetted(None);
+    SetCBCounterResetted(Some(counter));
+    assert_eq!(StartCounterReset(device.0, 0, 2), SUCCESS);
+    let_go(true);
+    wait("the counter", || !calls().is_empty());
+    assert_eq!(calls(), [('c', 0, 2)]);
+}
+
 #[test]
 fn a_callback_that_does_not_return_stops_nothing_else() {
     let _library = initialized();
+    let_go(false);
     let txt = txt();
     let device = Device::open(&txt);
     device.start();
@@ -261,7 +292,6 @@ fn a_callback_that_does_not_return_stops_nothing_else() {
     set_all();
     assert_eq!(StartCounterReset(device.0, 0, 2), SUCCESS);
     wait("the counter", || calls() == [('c', 0, 2)]);
-    *LET_GO.0.lock() = true;
-    LET_GO.1.notify_all();
+    let_go(true);
     wait("its return", || STUCK.load(Ordering::SeqCst) == 0);
 }

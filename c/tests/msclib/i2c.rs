@@ -48,6 +48,24 @@ fn registers_are_written_and_read() {
     assert_eq!(RESULTS.lock().len(), 0);
 }
 
+#[test]
+fn a_request_of_an_earlier_transfer_is_not_carried_out_in_the_next_one() {
+    let _library = initialized();
+    let txt = txt();
+    let device = Device::open(&txt);
+    device.start();
+    let for_ever = 0b10 << 5 | 0b01_01;
+    assert_eq!(ftxI2cWrite(device.0, 0x24, 63, 7, for_ever, Some(remember)), SUCCESS);
+    assert_eq!(ftxI2cWrite(device.0, 0x24, 63, 8, 0b01_01, Some(remember)), SUCCESS);
+    assert_eq!(ftxStopTransferArea(device.0), SUCCESS);
+    // As another controller at the same address.
+    txt.with_machine(|it| it.i2c_device(0x24)[63] = 3);
+    device.start();
+    assert_eq!([result(), result()], [(0, 2), (0, 2)]);
+    assert_eq!(ftxI2cRead(device.0, 0x24, 63, 0b01_01, Some(remember)), SUCCESS);
+    assert_eq!(result(), (3, 0));
+}
+
 static BLUETOOTH: Mutex<Vec<Vec<u16>>> = Mutex::new(Vec::new());
 
 extern "system" fn pair(result: *mut Pair) {

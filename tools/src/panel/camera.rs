@@ -87,6 +87,11 @@ impl Camera {
         self.picture.send_replace(Arc::from([]));
     }
 
+    /// Another controller answers. What the one before has told of its camera is not told of this one.
+    pub(super) fn replaced(&self) {
+        self.lock().error = None;
+    }
+
     /// No more pictures come on this connection.
     pub(super) fn end(&self) {
         self.lock().running = false;

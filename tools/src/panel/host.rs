@@ -140,13 +140,15 @@ impl Host {
             outputs: Arc::default(),
         };
         let (orders, for_worker) = bounded(WAITING);
+        let (i2c, for_i2c) = bounded(i2c::WAITING);
         let (publish, state) = watch::channel(None);
         let (end, ended) = bounded(1);
         let running = Arc::clone(&controller.running);
         let stopper = start_stopper(handler.areas().clone(), &controller)?;
-        let worker = Worker::new(controller, for_worker, publish);
+        let worker = Worker::new(controller, for_worker, for_i2c.clone(), publish);
+        i2c::start(Arc::clone(&handler), Arc::clone(common), for_i2c)?;
         let driven = Driven {
-            i2c: i2c::start(Arc::clone(&handler), Arc::clone(common))?,
+            i2c,
             camera: camera::start(
                 handler,
                 Arc::clone(&camera),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crossbeam_channel::{bounded, Receiver, Sender};
+use crossbeam_channel::Receiver;
 use ft_transfer_area::{Error, I2cClient, TransferAreaComHandler};
 use serde_json::{json, Value};
 
@@ -12,7 +12,7 @@ use super::problem::Problem;
 use super::request::I2cRequest;
 
 /// How many requests may wait.
-const WAITING: usize = 8;
+pub(super) const WAITING: usize = 8;
 /// The addresses of 7 bits that the I2C standard leaves to devices.
 const ADDRESSES: std::ops::RangeInclusive<u8> = 0x08..=0x77;
 /// How many bytes are read at once: all registers of a device.
@@ -22,10 +22,9 @@ const READ_MAX: usize = 256;
 pub(super) fn start(
     handler: Arc<TransferAreaComHandler>,
     common: Arc<Common>,
-) -> Result<Sender<Order<I2cRequest>>, Error> {
-    let (orders, receiver) = bounded(WAITING);
-    spawn("i2c", move || work(&handler, &common, &receiver))?;
-    Ok(orders)
+    orders: Receiver<Order<I2cRequest>>,
+) -> Result<(), Error> {
+    spawn("i2c", move || work(&handler, &common, &orders))
 }
 
 fn work(handler: &TransferAreaComHandler, common: &Common, orders: &Receiver<Order<I2cRequest>>) {

@@ -15,6 +15,7 @@ use super::control_lock::ControlLock;
 use super::histogram::Histogram;
 use super::order::{not_connected, stopped, Order};
 use super::problem::{Problem, REPLACED};
+use super::request::I2cRequest;
 use super::state::{self, HostState, Link, Newest, Phase, STATE_PERIOD};
 use super::world::Simulated;
 use crate::commands::{absent, is_connected, stop_absent, stop_all, Command};
@@ -58,6 +59,8 @@ impl Outputs {
 pub(super) struct Worker {
     controller: Controller,
     orders: Receiver<AreaOrder>,
+    /// Those for another thread, which this one only refuses.
+    for_i2c: Receiver<Order<I2cRequest>>,
     publish: watch::Sender<Newest>,
     phase: Phase,
     /// Why there is no connection, or that this is another controller.
@@ -74,11 +77,13 @@ impl Worker {
     pub(super) fn new(
         controller: Controller,
         orders: Receiver<AreaOrder>,
+        for_i2c: Receiver<Order<I2cRequest>>,
         publish: watch::Sender<Newest>,
     ) -> Self {
         let worker = Self {
             controller,
             orders,
+            for_i2c,
             publish,
             phase: Phase::Connecting,
             error: None,
@@ -157,6 +162,7 @@ impl Worker {
     fn replaced(&mut self) -> Option<Problem> {
         let now = self.controller.handler.device_name()?;
         let before = self.driven.replace(now.clone()).filter(|before| *before != now)?;
+        self.controller.camera.replaced();
         let text = format!("{now} answers in place of {before}, whose motors may go on");
         Some(Problem::new(REPLACED, text))
     }
@@ -207,8 +213,9 @@ impl Worker {
     /// What was ordered for the connection before, or without one, moves nothing on the next one. Another controller may
     /// answer there.
     fn refuse_orders(&self) {
-        for order in self.orders.try_iter() {
-            order.reply.send(Err(not_connected()));
+        let replies = self.orders.try_iter().map(|order| order.reply);
+        for reply in replies.chain(self.for_i2c.try_iter().map(|order| order.reply)) {
+            reply.send(Err(not_connected()));
         }
     }
 

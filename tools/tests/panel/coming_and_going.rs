@@ -1,6 +1,7 @@
 //! Controllers that are not there, go away and come back.
 
 use std::net::TcpListener;
+use std::time::Duration;
 
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
@@ -73,11 +74,14 @@ fn a_controller_that_goes_away_and_comes_back_is_told_and_its_motors_stay_off() 
 
 #[test]
 fn another_controller_in_place_of_the_one_that_was_driven_is_told() {
-    let first = at_free_ports(|port| SimulatedTxt::builder().port(port).device_name("FIRST"));
+    let first = |port| SimulatedTxt::builder().port(port).device_name("FIRST");
+    let first =
+        at_free_ports(|port| first(port).camera_start_up(Duration::ZERO).camera_stall_after(1));
     let port = first.port();
     let panel = Panel::of(&[&first]);
-    let mut page = panel.page();
-    page.state(0, is_running);
+    let mut page = panel.driver();
+    page.done(json!({"do": "camera", "on": true}));
+    page.state(0, |state| !state["camera"]["error"].is_null());
     drop(first);
     page.state(0, |state| state["link"]["phase"] == "gap");
     let _second = started(|| SimulatedTxt::builder().port(port).device_name("SECOND"));
@@ -85,6 +89,7 @@ fn another_controller_in_place_of_the_one_that_was_driven_is_told() {
     let error = &state["link"]["error"];
     assert_eq!(error["code"], "replaced", "{state}");
     assert_eq!(error["text"], "SECOND answers in place of FIRST, whose motors may go on");
+    assert!(state["camera"]["error"].is_null(), "it was of the other one: {state}");
 }
 
 #[test]

@@ -75,6 +75,21 @@ fn i2c_that_hangs_hinders_nothing_else() {
 }
 
 #[test]
+fn i2c_that_waits_is_refused_when_the_connection_is_lost() {
+    let (txt, _silent) = with_port_of_another(2);
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    page.send("{\"do\":\"i2c_scan\",\"seq\":1000}");
+    let write = "{\"do\":\"i2c_write\",\"address\":36,\"register\":1,\"values\":[2],\"seq\":1001}";
+    page.send(write);
+    page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
+    drop(txt);
+    let answer = page.wait(|answer| answer["seq"] == 1001);
+    // Another controller may be the next that answers.
+    assert_eq!(answer["error"]["code"], "not_connected", "{answer}");
+}
+
+#[test]
 fn the_camera_shows_its_pictures() {
     let txt = SimulatedTxt::builder().camera_start_up(Duration::ZERO).start().unwrap();
     let panel = Panel::of(&[&txt]);

@@ -188,6 +188,17 @@ int main(int argc, char *argv[])
         int failed = what == "calls" ? calls() : camera();
         if (failed != 0) return failed;
     }
+    if (what == "picture") {
+        unsigned char *buffer;
+        size_t size;
+        if (!ComHandler->StartCamera()) return 12;
+        if (!ComHandler->GetCameraFrameJpeg(&buffer, &size)) return 15;
+        while (ComHandler->ftxIsTransferActiv()) pause_ms(5);
+        if (ComHandler->ftxStartTransferArea() != FTLIB_ERR_SUCCESS) return 13;
+        if (ComHandler->GetCameraFrameJpeg(&buffer, &size)) return 14;
+        delete ComHandler;
+        return 0;
+    }
     if (what == "leave") {
         ComHandler->SetOutMotorValues(LOCAL_IO, M1, 512, CW);
         ComHandler->SetOutMotorValues(REMOTE_IO_1, M1, 256, CCW);
