@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
-use std::fs::{self, ReadDir};
-use std::io;
+use std::fs::{self, File, ReadDir};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::headers::{Headers, COMMON};
@@ -122,7 +122,12 @@ impl Copies {
             }
             let text = copies.text(path, &own.files[path].text, own, &meanings[path.as_path()]);
             fs::create_dir_all(copy.parent().unwrap_or(to))?;
-            fs::write(copy, text)?;
+            let mut written = File::create(copy)?;
+            written.write_all(&text)?;
+            // `__TIMESTAMP__` is that of the file. One on a disk that knows no times has none.
+            if let Ok(time) = fs::metadata(path).and_then(|data| data.modified()) {
+                written.set_modified(time)?;
+            }
         }
         let with_more = copies.of.keys().filter(|path| own.files[*path].may_have_more_includes());
         let with_more: BTreeSet<&Path> = with_more.map(|path| folder_of(path)).collect();
@@ -190,7 +195,7 @@ impl Copies {
     /// The text of a copy: its includes name what they mean, because nothing else lies beside it. What a compiler finds in
     /// other folders is left to it, unless that is a copy, too.
     fn text(&self, path: &Path, text: &[u8], own: &OwnFiles, meanings: &[Meaning]) -> Vec<u8> {
-        let mut copy = [b"#line 1 ", quoted(path).as_encoded_bytes(), b"\n"].concat();
+        let mut copy = [b"#line 1 ", literal(path).as_encoded_bytes(), b"\n"].concat();
         let mut end = if text.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
         for (include, meaning) in own.files[path].includes.iter().zip(meanings) {
             let named = match meaning {
@@ -263,6 +268,13 @@ pub(crate) fn quoted(path: &Path) -> OsString {
     }
     quoted.push("\"");
     quoted
+}
+
+/// A path as a text in C, in which a backslash begins an escape. In the name of a header it does not.
+pub(crate) fn literal(path: &Path) -> OsString {
+    let quoted = quoted(path).into_encoded_bytes();
+    let escaped = quoted.split(|byte| *byte == b'\\').collect::<Vec<_>>().join(&b"\\\\"[..]);
+    read::path(&escaped).unwrap_or_default().into()
 }
 
 /// Whether this is a name that C can have in quotes.
@@ -351,6 +363,19 @@ mod tests {
         ] {
             assert!(!defines(other, "UINT16"), "{other}");
         }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_copy_has_the_name_and_the_time_of_its_file() {
+        let made = made(Kind::Downloaded, &[("a\\b.c", "#include \"ROBO_TX_PRG.H\"\n")]);
+        let file = made.folder.path().join("a\\b.c");
+        let copy = &made.copies.of[&file];
+        let text = fs::read_to_string(copy).unwrap();
+        let folder = in_sources(made.folder.path());
+        assert_eq!(text.lines().next(), Some(&*format!("#line 1 \"{folder}/a\\\\b.c\"")));
+        let times = [&file, copy].map(|it| fs::metadata(it).unwrap().modified().unwrap());
+        assert_eq!(times[0], times[1]);
     }
 
     #[cfg_attr(windows, ignore = "file names are not case-sensitive there")]

@@ -244,7 +244,7 @@ impl Unit<'_> {
         if copy.is_some() {
             // `__FILE__` is in the copy.
             let mut name = OsString::from("-D__BASE_FILE__=");
-            name.push(copies::quoted(self.path()));
+            name.push(copies::literal(self.path()));
             command.arg("-Wno-builtin-macro-redefined").arg(name);
         }
         self.compiler.add_source(&mut command, copy.map_or(self.path(), PathBuf::as_path));

@@ -171,7 +171,11 @@ impl Oddities {
             return;
         }
         self.noted.push(oddity.clone());
-        notice!(Warn, "client {} is odd: {oddity}", self.client);
+        match oddity {
+            // Nobody says who he is at that port.
+            Oddity::I2cUnexpected => notice!(Warn, "{oddity}"),
+            _ => notice!(Warn, "client {} is odd: {oddity}", self.client),
+        }
         if self.sentences.len() == SENTENCES_KEPT {
             self.sentences.pop_front();
         }

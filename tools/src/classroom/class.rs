@@ -243,7 +243,7 @@ impl Pupil {
 }
 
 /// A name as a page shows it: without spaces at its ends, and without what takes no room.
-fn as_seen(name: &str) -> String {
+pub(super) fn as_seen(name: &str) -> String {
     let takes_room = |c: &char| !matches!(c, '\u{AD}' | '\u{180E}' | '\u{200B}'..='\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2060}'..='\u{206F}' | '\u{FE00}'..='\u{FE0F}' | '\u{FEFF}');
     let shown: String = name.nfc().filter(takes_room).collect();
     shown.split_whitespace().collect::<Vec<_>>().join(" ")

@@ -8,7 +8,7 @@ use anyhow::{anyhow, bail, Context};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use serde::{Deserialize, Serialize};
 
-use super::class::{keep, read};
+use super::class::{as_seen, keep, read};
 use crate::check::{Desk, Language};
 use crate::lines;
 use crate::panel::course::Progress;
@@ -44,6 +44,11 @@ struct Row {
 }
 
 impl Row {
+    /// Whether it is this pupil's: a program for tables may write a name in another way that looks the same.
+    fn is_of(&self, name: &str) -> bool {
+        as_seen(&self.name) == as_seen(name)
+    }
+
     fn of(name: &str, progress: Progress, language: Language) -> Self {
         let wrong = progress.wrong.map(|wrong| match language {
             Language::En => wrong.en,
@@ -71,7 +76,7 @@ impl Kept {
         let written = written.with_context(|| path.display().to_string())?;
         let rows = rows(&written).map_err(not_read).with_context(|| path.display().to_string())?;
         for (name, desk) in desks {
-            if let Some(row) = rows.iter().find(|row| row.name == *name) {
+            if let Some(row) = rows.iter().find(|row| row.is_of(name)) {
                 let passed = row.passed.split_whitespace().filter_map(|number| number.parse().ok());
                 desk.go_on(row.lesson, passed, row.wrong_since, &row.last_wrong);
             }
@@ -105,7 +110,7 @@ impl Kept {
         for (name, desk) in desks {
             let Some(progress) = desk.progress() else { continue };
             let row = Row::of(name, progress, language);
-            match self.rows.iter_mut().find(|old| old.name == row.name) {
+            match self.rows.iter_mut().find(|old| old.is_of(name)) {
                 Some(old) => *old = row,
                 None => self.rows.push(row),
             }
@@ -201,6 +206,14 @@ Ben,4,1 2 3,0,
         assert_eq!(zoe.wrong.unwrap().de, "It is \"dark\", still.");
         assert_eq!((ben.lesson, ben.passed, ben.failed), (4, vec![1, 2, 3], 0));
         assert_eq!(ben.wrong, None);
+    }
+
+    #[test]
+    fn a_name_that_only_looks_the_same_is_that_pupils() {
+        let (_folder, path) = file(TWO.replace("Zoë", "Zoe\u{308}").replace("Ben", "Ben "));
+        let desks = desks(["Zoë, 7b", "Ben"]);
+        assert_eq!(written(&path, &desks), TWO);
+        assert_eq!(desks.map(|(_, desk)| desk.progress().unwrap().lesson), [2, 4]);
     }
 
     #[test]
