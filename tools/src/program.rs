@@ -56,9 +56,14 @@ pub(crate) enum Reads {
 }
 
 impl Program {
-    /// Starts it. It gets the address of the controller as its last argument.
-    pub(crate) fn start(words: &[OsString], address: &str, reads: Reads) -> anyhow::Result<Self> {
-        Self::start_with(words, address, reads, Stdio::inherit())
+    /// Starts it. It gets the address of the controller as its last argument, and prints to this standard output.
+    pub(crate) fn start(
+        words: &[OsString],
+        address: &str,
+        reads: Reads,
+        stdout: Stdio,
+    ) -> anyhow::Result<Self> {
+        Self::start_with(words, address, reads, [stdout, Stdio::inherit()])
     }
 
     /// The same for a program whose standard error is read here.
@@ -67,7 +72,8 @@ impl Program {
         address: &str,
         reads: Reads,
     ) -> anyhow::Result<(Self, ChildStderr)> {
-        let mut program = Self::start_with(words, address, reads, Stdio::piped())?;
+        let prints = [Stdio::inherit(), Stdio::piped()];
+        let mut program = Self::start_with(words, address, reads, prints)?;
         let heard = program.child.stderr.take().context("the program has no standard error")?;
         Ok((program, heard))
     }
@@ -76,14 +82,14 @@ impl Program {
         words: &[OsString],
         address: &str,
         reads: Reads,
-        stderr: Stdio,
+        [stdout, stderr]: [Stdio; 2],
     ) -> anyhow::Result<Self> {
         let (name, arguments) = words.split_first().context("there is no program")?;
         let mut command = Command::new(name);
         command.args(arguments).arg(address).envs(VARIABLES.map(|name| (name, address)));
         let ports = env::var(PORTS).unwrap_or_default();
         command.env(PORTS, format!("{ports}\nnone"));
-        command.stderr(stderr);
+        command.stdout(stdout).stderr(stderr);
         command.stdin(match reads {
             Reads::Nothing => Stdio::null(),
             Reads::OurInput => Stdio::inherit(),

@@ -18,9 +18,10 @@ mod tap;
 use std::collections::BTreeSet;
 use std::env;
 use std::ffi::OsString;
+use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::process::{ExitCode, ExitStatus};
+use std::process::{ExitCode, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::thread;
@@ -94,7 +95,7 @@ pub(crate) struct Args {
     force: bool,
     #[command(flatten)]
     in_parts: InParts,
-    /// Print each change as a line of JSON
+    /// Print each change as a line of JSON; what PROGRAM prints goes to the standard error then
     #[arg(long)]
     json: bool,
     #[command(flatten)]
@@ -181,7 +182,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     let passed = if args.program.is_empty() {
         wait(&interrupted, &relay).map(|()| ExitCode::SUCCESS)
     } else {
-        start(&args.program, main)
+        start(&args.program, main, args.json)
             .and_then(|started| accompany(program.insert(started), &interrupted, &relay))
     };
     // The connections end first: then a controller can serve others, and nothing moves.
@@ -207,9 +208,11 @@ fn wait(interrupted: &Receiver<()>, relay: &Relay) -> anyhow::Result<()> {
     }
 }
 
-fn start(words: &[OsString], main: SocketAddr) -> anyhow::Result<Program> {
+fn start(words: &[OsString], main: SocketAddr, json: bool) -> anyhow::Result<Program> {
+    // Lines of both would stand in one another, and a reader who pauses would hold up the program.
+    let stdout = if json { io::stderr().into() } else { Stdio::inherit() };
     // Not all programs take an address with a port.
-    Program::start(words, &address_text(main), Reads::OurInput)
+    Program::start(words, &address_text(main), Reads::OurInput, stdout)
 }
 
 /// With its port, unless that is the usual one.

@@ -3,6 +3,7 @@
 use std::process::{Command, Stdio};
 
 use ft_transfer_area_simulator::SimulatedTxt;
+use serde_json::Value;
 
 use super::support::{command, listening, logged, KitClient};
 use super::LIMIT;
@@ -106,6 +107,18 @@ fn the_inner_one_of_two_stops_its_controller_when_the_outer_one_is_killed() {
     let stops = || duties.lock().unwrap().last().is_some_and(|last| last[..] == [[0; 8]]);
     wait_for("the motor goes on", stops);
     assert!(watch.leaves_nothing());
+}
+
+#[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
+#[test]
+fn what_a_program_prints_is_not_among_the_lines_of_json() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let arguments = ["--json", "--no-page", "--", "sh", "-c", "printf 'half a '; echo line"];
+    let output = command(txt.address(), &arguments).stderr(Stdio::piped()).output().unwrap();
+    let [out, err] = [&output.stdout, &output.stderr].map(|text| String::from_utf8_lossy(text));
+    let lines: Result<Vec<Value>, _> = out.lines().map(serde_json::from_str).collect();
+    assert!(!lines.unwrap_or_else(|error| panic!("{error}: {out}")).is_empty());
+    assert!(err.contains("half a line"), "{err}");
 }
 
 #[test]
