@@ -11,8 +11,8 @@ use std::{io, process};
 use anyhow::Context;
 use crossbeam_channel::{bounded, Receiver, Sender};
 #[cfg(unix)]
-use nix::sys::signal::{SigSet, SigmaskHow, Signal};
-#[cfg(target_os = "linux")]
+use nix::sys::signal::{SigSet, Signal};
+#[cfg(unix)]
 use signal_hook::flag;
 #[cfg(unix)]
 use signal_hook::iterator::Signals;
@@ -55,13 +55,16 @@ pub(crate) fn end_with_input() {
 /// A second one ends the program at once, when nothing drives.
 pub(crate) fn receiver() -> anyhow::Result<Receiver<()>> {
     #[cfg(unix)]
-    return asked_by(&[Signal::SIGQUIT]);
+    return asked_by(&[], &[]);
     #[cfg(not(unix))]
     asked_by()
 }
 
 /// The same for a program that drives, which what would suspend it ends, too, such as Ctrl-Z, and other signals that would
 /// end it, such as a limit of the processor's time: motors would go on. To be called before it starts a thread.
+///
+/// What suspends is held back, also in programs that this one starts. A terminal asks again and again for those that have
+/// a handler, and a program that is suspended could not end in order.
 pub(crate) fn receiver_for_driving() -> anyhow::Result<Receiver<()>> {
     #[cfg(unix)]
     {
@@ -71,23 +74,26 @@ pub(crate) fn receiver_for_driving() -> anyhow::Result<Receiver<()>> {
         let of_linux = [SIGIO, SIGPWR, SIGSTKFLT];
         #[cfg(not(target_os = "linux"))]
         let of_linux = [];
-        asked_by(&[&[SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU][..], &others, &of_linux].concat())
+        asked_by(&[&others[..], &of_linux].concat(), &[SIGTSTP, SIGTTIN, SIGTTOU])
     }
     #[cfg(not(unix))]
     asked_by()
 }
 
-fn asked_by(#[cfg(unix)] further: &[Signal]) -> anyhow::Result<Receiver<()>> {
+fn asked_by(
+    #[cfg(unix)] others: &[Signal],
+    #[cfg(unix)] suspending: &[Signal],
+) -> anyhow::Result<Receiver<()>> {
     let (sender, interrupted) = bounded(1);
     let asked = Arc::new(Asked { sender, first: Mutex::new(None) });
     #[cfg(unix)]
-    {
+    if !suspending.is_empty() {
         // All threads take this over from the first one.
-        let further: SigSet = further.iter().copied().collect();
-        further.thread_block()?;
+        let suspending: SigSet = suspending.iter().copied().collect();
+        suspending.thread_block()?;
         let asked = Arc::clone(&asked);
         let wait = move || loop {
-            if further.wait().is_ok() {
+            if suspending.wait().is_ok() {
                 asked.again();
             }
         };
@@ -96,9 +102,9 @@ fn asked_by(#[cfg(unix)] further: &[Signal]) -> anyhow::Result<Receiver<()>> {
     #[cfg(unix)]
     {
         let hangup = (!is_hangup_ignored()).then_some(Signal::SIGHUP);
-        let ends = [Signal::SIGINT, Signal::SIGTERM].into_iter().chain(hangup);
-        let mut ends =
-            Signals::new(ends.map(|signal| signal as i32)).context("signals can't be watched")?;
+        let ends = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGQUIT].into_iter().chain(hangup);
+        let ends = ends.chain(others.iter().copied()).map(|signal| signal as i32);
+        let mut ends = Signals::new(ends).context("signals can't be watched")?;
         let asked = Arc::clone(&asked);
         #[cfg(target_os = "linux")]
         ENDS_BY_ITSELF.store(false, Ordering::SeqCst);
@@ -214,27 +220,12 @@ pub(crate) fn take_ends() {
     }
 }
 
-/// A limit for the size of files (`ulimit -f`) makes an error of a write, not the end of a program that drives. All
-/// threads take this over from the first one.
+/// A limit for the size of files (`ulimit -f`) makes an error of a write, not the end of a program that drives.
 pub(crate) fn outlive_full_files() {
     #[cfg(unix)]
-    {
-        let mut signals = SigSet::empty();
-        signals.add(Signal::SIGXFSZ);
-        if let Err(error) = signals.thread_block() {
-            log::warn!("a limit for the size of files would end this program: {error}");
-        }
+    if let Err(error) = flag::register(Signal::SIGXFSZ as i32, Arc::default()) {
+        log::warn!("a limit for the size of files would end this program: {error}");
     }
-}
-
-/// Starts a process that holds back no signal: it would take over from this thread what only this program waits for.
-pub(crate) fn start(command: &mut process::Command) -> io::Result<process::Child> {
-    #[cfg(unix)]
-    let held_back = SigSet::all().thread_swap_mask(SigmaskHow::SIG_UNBLOCK)?;
-    let child = command.spawn();
-    #[cfg(unix)]
-    held_back.thread_set_mask()?;
-    child
 }
 
 /// What ends or suspends a whole group, such as a service or a terminal's session, leaves this process alone.

@@ -13,7 +13,6 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 
 use crate::guardian::{apart, outliving};
-use crate::interrupt;
 
 /// Where a program finds the address, beside its last argument. The second one is that of C programs.
 const VARIABLES: [&str; 2] = ["TXT_ADDRESS", "FT_TXT_HOST"];
@@ -100,7 +99,8 @@ impl Program {
         }
         let keeper = keeper().context("can't start the process that ends the program")?;
         command.env(MARK, keeper.id().to_string());
-        let child = interrupt::start(&mut command)
+        let child = command
+            .spawn()
             .with_context(|| format!("can't start the program {}", name.to_string_lossy()))?;
         // After an error it is ended, too.
         let mut program = Self { child, keeper, is_alone: false, has_group };
