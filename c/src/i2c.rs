@@ -228,8 +228,8 @@ impl I2cThread {
         Ok(Self { requests: Some(requests), ending, ended, thread: Some(thread) })
     }
 
-    /// Has a request carried out, unless it is no longer valid then. Returns at once; `done` is called later, by the thread, unless the thread is
-    /// asked to end before.
+    /// Has a request carried out, unless it is no longer valid then. Returns at once; `done` is called later, by the
+    /// thread, unless the thread is asked to end before.
     ///
     /// # Errors
     ///
@@ -291,6 +291,7 @@ impl<C: FnMut() -> Result<I2cClient, Error>> Worker<C> {
     fn repeat(&mut self, request: &Request, is_valid: &IsValid) -> Result<u16, String> {
         let mut repeats = request.repeats;
         loop {
+            // A transfer does not end and another one begin before the next line is done.
             if !is_valid() {
                 return Err("the transfer has ended in which this was requested".to_owned());
             }

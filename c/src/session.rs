@@ -199,7 +199,6 @@ impl<A: Area> ProgramSession<A> {
         if let Some(ended) = thread.take() {
             join(ended, &self.shared.host);
         }
-        self.shared.transfers.fetch_add(1, Ordering::AcqRel);
         report::start();
         exit::watch_signals();
         self.shared.asked_to_end.store(false, Ordering::Release);
@@ -210,6 +209,7 @@ impl<A: Area> ProgramSession<A> {
         // The controller has the program's configurations from the first response on.
         self.shared.mirror.lock().put_out_configs(&mut handler.areas().lock());
         let begun = handler.begin_transfer().and_then(|()| {
+            self.shared.transfers.fetch_add(1, Ordering::AcqRel);
             *self.shared.online.lock() = Some(Online::begin(handler.address(), &self.shared.host));
             self.begin()?;
             self.spawn()

@@ -28,8 +28,11 @@ const CHANGES: usize = 1000;
 pub(super) trait Owner: Send + Sync {
     /// No call is made for one that is closed.
     fn is_open(&self) -> bool;
-    /// The number of its transfer. No call is made for what has happened in an earlier one.
+    /// The number of its transfer.
     fn transfer(&self) -> u32;
+    /// What a program is told in place of this, which has happened in an earlier transfer: of a change the state now,
+    /// because no other call tells it; nothing of the end of a command.
+    fn now(&self, event: Event, told: Told) -> Option<Told>;
     /// What callbacks with a context get.
     fn context(&self) -> Context;
 }
@@ -57,10 +60,16 @@ impl Call {
         }
     }
 
-    /// Whether the program may still be told, with what it then knows of this device.
-    fn is_for(&self, owner: &dyn Owner) -> bool {
-        let is_over = matches!(self, Self::Event(.., transfer) if *transfer != owner.transfer());
-        owner.is_open() && !is_over
+    /// The call when its turn has come; `None` when it is not made any more.
+    fn for_now(self, owner: &dyn Owner) -> Option<Self> {
+        let now = owner.transfer();
+        match self {
+            _ if !owner.is_open() => None,
+            Self::Event(event, told, transfer) if transfer != now => {
+                owner.now(event, told).map(|told| Self::Event(event, told, now))
+            }
+            call => Some(call),
+        }
     }
 }
 
@@ -87,15 +96,15 @@ impl Queue {
     /// Gives the new value of an input to the call that already waits for it, if this is one for an input.
     fn renew(&mut self, owner: &Weak<dyn Owner>, call: &Call) -> bool {
         let (event, newer, transfer) = match call {
-            Call::Event(event, told, transfer) if event.is_change() => (*event, told, transfer),
+            Call::Event(event, told, transfer) if event.is_change() => (*event, told, *transfer),
             Call::Event(..) | Call::Once(_) => return false,
         };
         let place = (newer.controller, newer.what);
         let mut waiting = self.waiting.iter_mut().rev().filter(|(it, _)| it.ptr_eq(owner));
         let same = waiting.find_map(|(_, call)| match call {
             Call::Event(it, told, of)
-                if (*it, &*of, told.controller, told.what)
-                    == (event, &*transfer, place.0, place.1) =>
+                if (*it, *of, told.controller, told.what)
+                    == (event, transfer, place.0, place.1) =>
             {
                 Some(told)
             }
@@ -197,8 +206,8 @@ impl Callbacks {
                 self.wake.wait(&mut queue);
                 continue;
             };
-            let owner = owner.upgrade().filter(|owner| call.is_for(&**owner));
-            let Some(owner) = owner else { continue };
+            let Some(owner) = owner.upgrade() else { continue };
+            let Some(call) = call.for_now(&*owner) else { continue };
             queue.running = Some(Running {
                 event: call.event(),
                 owner: Arc::downgrade(&owner),
@@ -297,6 +306,10 @@ mod tests {
 
         fn transfer(&self) -> u32 {
             1
+        }
+
+        fn now(&self, _: Event, _: Told) -> Option<Told> {
+            None
         }
 
         fn context(&self) -> Context {

@@ -65,6 +65,14 @@ impl Input {
     }
 }
 
+/// The same input with its value now; `None` when the event is none of an input.
+pub(super) fn now(device: &Device, event: Event, told: Told) -> Option<Told> {
+    let input = Input::ALL.into_iter().find(|input| input.event() == event)?;
+    let places = device.array().places(told.controller as usize);
+    let (values, config) = (device.array().load(places.input), device.array().load(places.config));
+    Some(Told { input: input.now(told.what as usize, &values, &config), ..told })
+}
+
 /// Tells the program which inputs of an area have changed, if it has chosen them.
 pub(super) fn tell(own: &Weak<Device>, callbacks: &Callbacks, area: usize, change: &Change) {
     let Some(device) = own.upgrade() else { return };

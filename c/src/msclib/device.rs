@@ -167,7 +167,9 @@ impl Device {
             }
         };
         let (device, transfer) = (Arc::downgrade(self), self.session.transfer());
-        let is_valid = move || device.upgrade().is_some_and(|it| it.session.transfer() == transfer);
+        // Before the first one there was no other controller.
+        let is_of = move |now: u32| transfer == 0 || now == transfer;
+        let is_valid = move || device.upgrade().is_some_and(|it| is_of(it.session.transfer()));
         thread.request(request, Box::new(is_valid), done)
     }
 
@@ -245,6 +247,23 @@ impl Owner for Device {
 
     fn transfer(&self) -> u32 {
         self.session.transfer()
+    }
+
+    fn now(&self, event: Event, told: Told) -> Option<Told> {
+        match event {
+            Event::CounterResetted
+            | Event::CounterResetted2
+            | Event::MotorExReached
+            | Event::MotorExReached2 => None,
+            Event::RoboExtState | Event::RoboExtState2 => {
+                let alive = self.array().load(self.array().places(0).extensions);
+                let alive = alive.get((told.controller as usize).checked_sub(1)?)?;
+                Some(Told { what: (*alive != 0).into(), ..told })
+            }
+            Event::UniChanged | Event::CntInChanged | Event::CounterChanged => {
+                changes::now(self, event, told)
+            }
+        }
     }
 
     fn context(&self) -> Context {

@@ -124,10 +124,9 @@ impl Copies {
             fs::create_dir_all(copy.parent().unwrap_or(to))?;
             let mut written = File::create(copy)?;
             written.write_all(&text)?;
-            // `__TIMESTAMP__` is that of the file. One on a disk that knows no times has none.
-            if let Ok(time) = fs::metadata(path).and_then(|data| data.modified()) {
-                written.set_modified(time)?;
-            }
+            // `__TIMESTAMP__` is that of the file, if both disks have such times.
+            let time = fs::metadata(path).and_then(|data| data.modified());
+            let _ = time.and_then(|time| written.set_modified(time));
         }
         let with_more = copies.of.keys().filter(|path| own.files[*path].may_have_more_includes());
         let with_more: BTreeSet<&Path> = with_more.map(|path| folder_of(path)).collect();

@@ -130,7 +130,7 @@ fn is_missed(said: &str, name: &str) -> bool {
 /// What to do about a header that a compiler has not found in a source; `None` when it has found all.
 pub(crate) fn advice_for_header(said: &str, source: &Path) -> Option<String> {
     // A compiler also says it of a program that it does not find.
-    let of_files = |line: &&str| !line.contains("cannot execute");
+    let of_files = |line: &&str| !line.contains("execvp");
     let header = said.lines().filter(of_files).find_map(|line| {
         let (before, _) = line.split_once(": No such file")?;
         before.rsplit_once(' ').map(|(_, header)| header)
@@ -245,7 +245,11 @@ mod tests {
         let own = advice_for_header("a.cpp:1:10: fatal error: own.h: No such file\n").unwrap();
         assert!(own.contains("own.h is missing: name its folder with -I"), "{own}");
         assert_eq!(advice_for_header("a.cpp:1:1: error: 'json' was not declared\n"), None);
-        let program = "gcc: fatal error: cannot execute 'as': execvp: No such file or directory\n";
-        assert_eq!(advice_for_header(program), None);
+        for program in [
+            "gcc: fatal error: cannot execute 'as': execvp: No such file or directory\n",
+            "gcc: error trying to exec 'cc1plus': execvp: No such file or directory\n",
+        ] {
+            assert_eq!(advice_for_header(program), None);
+        }
     }
 }

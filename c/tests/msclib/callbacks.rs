@@ -4,6 +4,8 @@ use parking_lot::{Condvar, Mutex};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::{self, ThreadId};
 
+use ft_transfer_area_simulator::SimulatedTxt;
+
 use super::api::*;
 use super::bench::*;
 
@@ -262,6 +264,30 @@ fn what_has_happened_in_an_earlier_transfer_is_not_told_in_the_next_one() {
     let_go(true);
     wait("the counter", || !calls().is_empty());
     assert_eq!(calls(), [('c', 0, 2)]);
+}
+
+#[test]
+fn what_has_changed_in_an_earlier_transfer_is_told_as_it_is_in_the_next_one() {
+    let _library = initialized();
+    let_go(false);
+    let txt = start(SimulatedTxt::builder().extensions(2));
+    txt.with_machine(|it| it.alive[1] = false);
+    let device = Device::open(&txt);
+    forget();
+    set_all();
+    SetCBCounterResetted(Some(hangs));
+    device.start();
+    wait("the first extension", || calls() == [('e', 1, 1)]);
+    assert_eq!(StartCounterReset(device.0, 0, 0), SUCCESS);
+    wait("the callback", || STUCK.load(Ordering::SeqCst) == 1);
+    txt.with_machine(|it| it.alive[1] = true);
+    let mut alive = 0;
+    wait("it is there", || GetRoboTxSlaveAlive(device.0, 2, &mut alive) == SUCCESS && alive == 1);
+    device.pass();
+    assert_eq!(ftxStopTransferArea(device.0), SUCCESS);
+    device.start();
+    let_go(true);
+    wait("the second extension", || calls() == [('e', 1, 1), ('e', 2, 1)]);
 }
 
 #[test]

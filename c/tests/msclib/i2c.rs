@@ -3,6 +3,8 @@
 use parking_lot::Mutex;
 use std::ptr::null_mut;
 
+use ft_transfer_area_simulator::SimulatedTxt;
+
 use super::api::*;
 use super::bench::*;
 
@@ -51,14 +53,24 @@ fn registers_are_written_and_read() {
 #[test]
 fn a_request_of_an_earlier_transfer_is_not_carried_out_in_the_next_one() {
     let _library = initialized();
-    let txt = txt();
+    // The system gives these ports to nobody.
+    let at = |port| SimulatedTxt::builder().port(port).start().ok();
+    let txt = (20_100..).step_by(3).find_map(at).unwrap();
     let device = Device::open(&txt);
     device.start();
     let for_ever = 0b10 << 5 | 0b01_01;
     assert_eq!(ftxI2cWrite(device.0, 0x24, 63, 7, for_ever, Some(remember)), SUCCESS);
     assert_eq!(ftxI2cWrite(device.0, 0x24, 63, 8, 0b01_01, Some(remember)), SUCCESS);
     assert_eq!(ftxStopTransferArea(device.0), SUCCESS);
-    // As another controller at the same address.
+    // Another controller at the same address.
+    let port = txt.port();
+    drop(txt);
+    let mut next = None;
+    wait("the ports are free", || {
+        next = at(port);
+        next.is_some()
+    });
+    let txt = next.unwrap();
     txt.with_machine(|it| it.i2c_device(0x24)[63] = 3);
     device.start();
     assert_eq!([result(), result()], [(0, 2), (0, 2)]);

@@ -171,10 +171,11 @@ impl Oddities {
             return;
         }
         self.noted.push(oddity.clone());
-        match oddity {
+        if matches!(oddity, Oddity::I2cUnexpected) {
             // Nobody says who he is at that port.
-            Oddity::I2cUnexpected => notice!(Warn, "{oddity}"),
-            _ => notice!(Warn, "client {} is odd: {oddity}", self.client),
+            notice!(Warn, "{oddity}");
+        } else {
+            notice!(Warn, "client {} is odd: {oddity}", self.client);
         }
         if self.sentences.len() == SENTENCES_KEPT {
             self.sentences.pop_front();

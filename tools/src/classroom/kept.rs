@@ -44,11 +44,6 @@ struct Row {
 }
 
 impl Row {
-    /// Whether it is this pupil's: a program for tables may write a name in another way that looks the same.
-    fn is_of(&self, name: &str) -> bool {
-        as_seen(&self.name) == as_seen(name)
-    }
-
     fn of(name: &str, progress: Progress, language: Language) -> Self {
         let wrong = progress.wrong.map(|wrong| match language {
             Language::En => wrong.en,
@@ -76,7 +71,7 @@ impl Kept {
         let written = written.with_context(|| path.display().to_string())?;
         let rows = rows(&written).map_err(not_read).with_context(|| path.display().to_string())?;
         for (name, desk) in desks {
-            if let Some(row) = rows.iter().find(|row| row.is_of(name)) {
+            if let Some(row) = place(&rows, name).map(|place| &rows[place]) {
                 let passed = row.passed.split_whitespace().filter_map(|number| number.parse().ok());
                 desk.go_on(row.lesson, passed, row.wrong_since, &row.last_wrong);
             }
@@ -110,8 +105,8 @@ impl Kept {
         for (name, desk) in desks {
             let Some(progress) = desk.progress() else { continue };
             let row = Row::of(name, progress, language);
-            match self.rows.iter_mut().find(|old| old.is_of(name)) {
-                Some(old) => *old = row,
+            match place(&self.rows, name) {
+                Some(place) => self.rows[place] = row,
                 None => self.rows.push(row),
             }
         }
@@ -122,6 +117,15 @@ impl Kept {
         }
         Ok(())
     }
+}
+
+/// Where this pupil's line is. A program for tables may have written the name in another way that looks the same.
+fn place(rows: &[Row], name: &str) -> Option<usize> {
+    let exact = rows.iter().position(|row| row.name == name);
+    exact.or_else(|| {
+        let seen = as_seen(name);
+        rows.iter().position(|row| as_seen(&row.name) == seen)
+    })
 }
 
 fn not_read(cause: impl std::fmt::Display) -> anyhow::Error {

@@ -7,7 +7,7 @@ use ft_transfer_area::{Error, I2cClient, TransferAreaComHandler};
 use serde_json::{json, Value};
 
 use super::common::{spawn, Common};
-use super::order::{stopped, Order};
+use super::order::{not_connected, stopped, Order};
 use super::problem::Problem;
 use super::request::I2cRequest;
 
@@ -47,23 +47,31 @@ fn carry_out(
 ) -> Result<Value, Problem> {
     let client = match client {
         Some(client) => client,
-        None => client.insert(handler.i2c()?),
+        None => client.insert(handler.i2c().map_err(problem)?),
     };
     match request {
-        I2cRequest::Scan => Ok(json!(scan(client)?)),
+        I2cRequest::Scan => Ok(json!(scan(client).map_err(problem)?)),
         I2cRequest::Read { address, register, count } => {
             if !(1..=READ_MAX).contains(count) {
                 let given = i64::try_from(*count).unwrap_or(i64::MAX);
                 return Err(Problem::out_of_range("number of bytes to read", given, 1, 256));
             }
             let mut bytes = vec![0; *count];
-            client.read(*address, *register, &mut bytes)?;
+            client.read(*address, *register, &mut bytes).map_err(problem)?;
             Ok(json!(bytes))
         }
         I2cRequest::Write { address, register, values } => {
-            client.write(*address, *register, values)?;
+            client.write(*address, *register, values).map_err(problem)?;
             Ok(Value::Null)
         }
+    }
+}
+
+/// An error in the words of the page, which knows nothing of a transfer.
+fn problem(error: Error) -> Problem {
+    match error {
+        Error::NotOnline { .. } => not_connected(),
+        other => other.into(),
     }
 }
 
