@@ -148,7 +148,7 @@ fn a_class_with_another_ending_is_refused_because_two_could_share_one_table() {
 }
 
 /// A classroom with a class, its link for all, and the lines of its pupils.
-fn with_class(arguments: &[&str], folder: &Path) -> (Running, String, Vec<String>) {
+pub(crate) fn with_class(arguments: &[&str], folder: &Path) -> (Running, String, Vec<String>) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
     command.args(["classroom", "--class", "7b.toml", "--port", "0"]).args(arguments);
     let running = Running::start(command.current_dir(folder));
@@ -157,7 +157,7 @@ fn with_class(arguments: &[&str], folder: &Path) -> (Running, String, Vec<String
     (running, all, pupils)
 }
 
-fn link_in(line: &str) -> &str {
+pub(crate) fn link_in(line: &str) -> &str {
     line.split_once(", page ").unwrap().1
 }
 

@@ -1,6 +1,6 @@
 //! What all pages share, and what their messages do.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -30,6 +30,8 @@ pub(crate) struct Panel {
     pages: AtomicU64,
     /// The controller that an open page shows alone.
     looks: Mutex<HashMap<PageId, usize>>,
+    /// The buttons that pages hold pressed: controller, area and input.
+    pressed: Mutex<BTreeSet<(PageId, usize, usize, i32)>>,
 }
 
 /// How many pages of a panel among several may be open.
@@ -42,8 +44,8 @@ const SELDOM: usize = 8;
 impl Panel {
     pub(crate) fn new(hosts: Vec<Host>, common: Arc<Common>, access: Arc<Access>) -> Self {
         let places = Arc::new(Semaphore::new(open_files::for_pages()));
-        let (pages, looks) = (AtomicU64::new(0), Mutex::default());
-        Self { hosts, common, access, course: None, places, pages, looks }
+        let (pages, looks, pressed) = (AtomicU64::new(0), Mutex::default(), Mutex::default());
+        Self { hosts, common, access, course: None, places, pages, looks, pressed }
     }
 
     /// The same beside others, for whose pages there is always room.
@@ -61,9 +63,17 @@ impl Panel {
         self.pages.fetch_add(1, Ordering::Relaxed) + 1
     }
 
-    /// This page is gone. If it drove, all motors stop.
+    /// This page is gone. If it drove, all motors stop. It holds no button any more.
     pub(crate) fn leave(&self, page: PageId) {
         self.looks().remove(&page);
+        let of_page = (page, 0, 0, i32::MIN)..(page + 1, 0, 0, i32::MIN);
+        let held: Vec<_> = self.pressed().range(of_page).copied().collect();
+        for (_, host, area, input) in held {
+            let let_go = WorldRequest::Press { input, pressed: false };
+            // Its place may be taken by something else now.
+            let _ = self.host(host).and_then(|host| host.change_world(area, &let_go));
+            self.pressed().remove(&(page, host, area, input));
+        }
         if self.common.control.release(page) {
             self.stop_hosts();
         }
@@ -194,11 +204,25 @@ impl Panel {
         area: usize,
         request: &WorldRequest,
     ) -> Result<(), Problem> {
-        let host = self.host(host)?;
-        if host.is_driven() {
+        let driven = self.host(host)?;
+        if driven.is_driven() {
             self.common.control.lease_of(page)?;
         }
-        host.change_world(area, request)
+        driven.change_world(area, request)?;
+        if let WorldRequest::Press { input, pressed } = *request {
+            let button = (page, host, area, input);
+            let mut held = self.pressed();
+            if pressed {
+                held.insert(button);
+            } else {
+                held.remove(&button);
+            }
+        }
+        Ok(())
+    }
+
+    fn pressed(&self) -> MutexGuard<'_, BTreeSet<(PageId, usize, usize, i32)>> {
+        self.pressed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn host(&self, host: usize) -> Result<&Host, Problem> {

@@ -1,5 +1,6 @@
 //! The page of a lesson: a pupil's way from the task to the next lesson, on a laptop and on a phone.
 
+use std::fs;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::thread;
@@ -9,6 +10,7 @@ use serde_json::json;
 
 use super::driver::browse;
 use super::page::{Lesson, Page};
+use crate::classroom::{link_in, with_class};
 use crate::lesson::lamp;
 
 #[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
@@ -46,5 +48,34 @@ fn a_pupil_is_led_from_the_task_to_the_next_lesson() -> Result<()> {
 
         drop(lesson);
         page.wait_for_text("#notice", "has ended").await
+    })
+}
+
+#[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
+#[test]
+fn the_page_of_a_pupil_is_the_next_one_s_when_a_class_is_started_again() -> Result<()> {
+    browse(|client| async move {
+        let folder = tempfile::tempdir()?;
+        let class = folder.path().join("7b.toml");
+        let two = "[[pupils]]\nname = \"Ben\"\n[[pupils]]\nname = \"Zoe\"\nlesson = 1\n";
+        fs::write(&class, two)?;
+        let (first, _, pupils) = with_class(&[], folder.path());
+        let page = Page { client: client.clone() };
+        client.goto(link_in(&pupils[1])).await?;
+        page.wait_for_text("#whose", "Zoe").await?;
+        page.click("[data-what=check]").await?;
+        page.wait_for_text("#check", "Now start your program").await?;
+        drop(first);
+        for (before, after, selector, text) in
+            [("Zoe", "Lena", "#whose", "Lena"), ("lesson = 1", "world = \"car\"", "title", "Lena")]
+        {
+            fs::write(&class, fs::read_to_string(&class)?.replace(before, after))?;
+            let (_next, _, _) = with_class(&[], folder.path());
+            page.wait_for_text(selector, text).await?;
+            let idle = "return document.querySelector(arguments[0]) === null";
+            let gone = if selector == "title" { "#task" } else { "[data-what=end]" };
+            page.wait_for_value(idle, gone, |is_gone| is_gone == true).await?;
+        }
+        Ok(())
     })
 }

@@ -21,6 +21,26 @@ fn the_page_shows_the_machine_in_each_language_and_size() -> Result<()> {
     })
 }
 
+#[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
+#[test]
+fn a_key_lets_go_the_button_that_it_has_pressed() -> Result<()> {
+    browse(|client| async move {
+        let panel = Panel::start(&["simulated", "simulated"])?;
+        let page = Page { client: client.clone() };
+        client.goto(&panel.url).await?;
+        let [first, second] = [2, 3].map(|place| format!("[role=tab]:nth-child({place})"));
+        page.click(&first).await?;
+        page.wait_for(&format!("{I3}:not([data-on])")).await?;
+        page.hold_key('3').await?;
+        page.wait_for(&format!("{I3}[data-on]")).await?;
+        page.click(&second).await?;
+        page.wait_for(&format!("{I3}:not([data-on])")).await?;
+        page.release_key('3').await?;
+        page.click(&first).await?;
+        page.wait_for(&format!("{I3}:not([data-on])")).await
+    })
+}
+
 async fn operate(client: &Client) -> Result<()> {
     let panel = Panel::start(&[])?;
     let page = Page::open(client, &panel).await?;

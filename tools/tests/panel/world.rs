@@ -11,6 +11,16 @@ fn sensor(state: &Value, area: usize, input: usize) -> Value {
 }
 
 #[test]
+fn a_page_that_is_gone_holds_no_button() {
+    let panel = Panel::start(&[]);
+    let mut page = panel.driver();
+    page.done(json!({"do": "press", "input": 0, "pressed": true}));
+    page.state(0, |state| state["areas"][0]["inputs"][0]["value"] == 1);
+    drop(page);
+    panel.page().state(0, |state| state["areas"][0]["inputs"][0]["value"] == 0);
+}
+
+#[test]
 fn buttons_sensors_and_remotes_are_moved_by_hand() {
     let panel = Panel::start(&[]);
     let mut page = panel.driver();

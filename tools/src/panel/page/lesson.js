@@ -101,12 +101,16 @@ class Machine {
 }
 
 let state = null;
+let began = null;
 let view = null;
 let made = "";
 let shownSteps = "";
 
 const connection = new Connection({
   hello(message) {
+    // After a new start the pupil, the lesson and the address may be others.
+    if (began && began !== message.began) location.reload();
+    ({ began } = message);
     setHosts(message);
     dropView();
   },
@@ -159,6 +163,8 @@ async function ask() {
       state = await answer.json();
       notice("");
     } else if (answer.status === 403) notice("old");
+    // The pupil has no lesson any more.
+    else if (answer.status === 404) location.replace(`/?token=${encodeURIComponent(token)}`);
   } catch {
     notice("over");
   }
@@ -177,7 +183,7 @@ function notice(key) {
 
 function show() {
   if (!state) return;
-  const key = `${currentLanguage()} ${state.number}`;
+  const key = JSON.stringify([currentLanguage(), state.number, state.whose]);
   if (key !== made) {
     made = key;
     document.documentElement.lang = currentLanguage();
@@ -193,7 +199,7 @@ function show() {
     $("task").innerHTML = said(state.task);
     shownSteps = "";
   }
-  const steps = JSON.stringify([state.check, state.checking]);
+  const steps = JSON.stringify([state.check, state.checking, state.may_check, state.address]);
   if (steps === shownSteps) return;
   shownSteps = steps;
   showSteps(state);
