@@ -151,6 +151,10 @@ impl Watch {
         RUN.calls.fetch_add(1, Ordering::Relaxed);
         RUN.place.store(place as u8, Ordering::Release);
         let result = call();
+        #[cfg(unix)]
+        if process::is_forked() {
+            process::end_forked();
+        }
         RUN.place.store(Place::Outside as u8, Ordering::Release);
         result
     }

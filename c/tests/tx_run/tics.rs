@@ -7,6 +7,19 @@ use ft_transfer_area_simulator::Machine;
 
 use super::support::{has_compiler, run_on, txt, wait_for};
 
+#[cfg(unix)]
+#[test]
+fn a_process_that_prg_tic_has_made_ends_when_it_returns() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let ended = run_on(&txt, "fork_tic.c", "").end();
+    assert!(ended.out.contains("ended with 1"), "{ended:#?}");
+    assert!(ended.err.contains("a child process after fork can't use the library"), "{ended:#?}");
+    assert!(!ended.err.contains("panicked"), "{ended:#?}");
+}
+
 #[test]
 fn there_is_a_tic_every_millisecond_and_the_program_sees_what_the_facts_say() {
     if !has_compiler() {

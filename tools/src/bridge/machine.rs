@@ -29,6 +29,9 @@ const WATCHDOG: Duration = Duration::from_secs(1);
 /// Connecting may take this long; a lookup or a controller that hangs delays the end of the program.
 const CONNECT_LIMIT: Duration = Duration::from_secs(2);
 
+/// How many events may wait until the next cycle: more than come in a second.
+const EVENTS: usize = 4096;
+
 /// Connects one controller to the broker until `stop`.
 pub(crate) struct Machine<'a> {
     handler: TransferAreaComHandler,
@@ -78,7 +81,7 @@ impl<'a> Machine<'a> {
                 }
             }
         }
-        let events = areas.events(&TOLD, Events::MAX_CAPACITY)?;
+        let events = areas.events(&TOLD, EVENTS)?;
         Ok(Self {
             handler,
             events,
