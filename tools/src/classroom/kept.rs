@@ -72,7 +72,8 @@ impl Kept {
         let rows = rows(&written).map_err(not_read).with_context(|| path.display().to_string())?;
         for (name, desk) in desks {
             if let Some(row) = place(&rows, name).map(|place| &rows[place]) {
-                let passed = row.passed.split_whitespace().filter_map(|number| number.parse().ok());
+                let passed = lessons(&row.passed).map_err(not_read);
+                let passed = passed.with_context(|| path.display().to_string())?;
                 desk.go_on(row.lesson, passed, row.wrong_since, &row.last_wrong);
             }
         }
@@ -117,6 +118,14 @@ impl Kept {
         }
         Ok(())
     }
+}
+
+/// The numbers of lessons, also as a teacher writes them: with commas.
+fn lessons(text: &str) -> anyhow::Result<Vec<u8>> {
+    let is_between = |c: char| c == ',' || c.is_whitespace();
+    let words = text.split(is_between).filter(|word| !word.is_empty());
+    let number = |word: &str| word.parse().map_err(|_| anyhow!("{word} is no lesson"));
+    words.map(number).collect()
 }
 
 /// Where this pupil's line is. A program for tables may have written the name in another way that looks the same.
@@ -218,6 +227,18 @@ Ben,4,1 2 3,0,
         let desks = desks(["Zoë, 7b", "Ben"]);
         assert_eq!(written(&path, &desks), TWO);
         assert_eq!(desks.map(|(_, desk)| desk.progress().unwrap().lesson), [2, 4]);
+    }
+
+    #[test]
+    fn lessons_are_read_as_a_teacher_writes_them_or_refused() {
+        let (_folder, path) = file(TWO.replace("1 2 3", "\"1, 2,3\""));
+        let both = desks(["Zoë, 7b", "Ben"]);
+        assert_eq!(written(&path, &both), TWO);
+        let other = TWO.replace("1 2 3", "1 two");
+        let (_folder, path) = file(&other);
+        let refused = Kept::go_on(path.clone(), &desks(["Ben"])).map(drop).unwrap_err();
+        assert!(format!("{refused:#}").contains("two is no lesson"), "{refused:#}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), other);
     }
 
     #[test]

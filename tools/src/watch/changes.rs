@@ -30,6 +30,8 @@ const KEPT_OF: usize = 16;
 /// The keys of lines that have a terminal.
 const TERMINALS: [&str; 3] = ["input", "counter", "motor"];
 
+/// How soon to look for room in an output that does not wait.
+const LOOK: Duration = Duration::from_millis(10);
 /// How long a reader may take for the last ones.
 const END_LIMIT: Duration = Duration::from_millis(500);
 
@@ -74,7 +76,7 @@ impl Changes {
         let (printing, printed) = bounded(0);
         thread::Builder::new().name("lines".to_owned()).spawn(move || {
             let _printing: Sender<()> = printing;
-            if let Err(error) = write(&lines) {
+            if let Err(error) = write(&lines, io::stdout().lock()) {
                 // A reader that has seen enough, such as head, is not an error.
                 if error.kind() != ErrorKind::BrokenPipe {
                     log::warn!(
@@ -352,21 +354,68 @@ impl MotorValue {
     }
 }
 
-fn write(lines: &Take<String>) -> io::Result<()> {
-    let mut out = BufWriter::new(io::stdout().lock());
+fn write(lines: &Take<String>, out: impl Write) -> io::Result<()> {
+    let mut out = BufWriter::new(out);
     while let Ok(line) = lines.wait() {
-        writeln!(out, "{line}")?;
+        let line = line + "\n";
+        let mut rest = line.as_bytes();
+        while !rest.is_empty() {
+            let written = when_there_is_room(|| out.write(rest))?;
+            rest = &rest[written..];
+        }
         if lines.is_empty() {
-            out.flush()?;
+            when_there_is_room(|| out.flush())?;
         }
     }
     Ok(())
+}
+
+/// A program that shares this output may have made it one that does not wait, as Node.js and ssh do.
+fn when_there_is_room<T>(mut write: impl FnMut() -> io::Result<T>) -> io::Result<T> {
+    loop {
+        match write() {
+            Err(error) if error.kind() == ErrorKind::WouldBlock => thread::sleep(LOOK),
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            done => return done,
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::seen::{Cycle, I2cExchange, Line};
+
+    /// An output that has room for 5 bytes, then for none, and so on.
+    struct Tight(Vec<u8>, bool);
+
+    impl Write for Tight {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.1 = !self.1;
+            if self.1 {
+                return Err(ErrorKind::WouldBlock.into());
+            }
+            let room = bytes.len().min(5);
+            self.0.extend_from_slice(&bytes[..room]);
+            Ok(room)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn an_output_that_does_not_wait_gets_all_lines() {
+        let (put, take) = queue(10_000);
+        for line in ["the first line", "the second"] {
+            assert!(put.put(line.to_owned(), 0));
+        }
+        drop(put);
+        let mut out = Tight(Vec::new(), false);
+        write(&take, &mut out).unwrap();
+        assert_eq!(out.0, b"the first line\nthe second\n");
+    }
 
     #[test]
     fn lines_that_wait_take_no_more_bytes_than_there_is_room_for() {
