@@ -92,11 +92,17 @@ pub(crate) fn words_of(variable: &str) -> Vec<OsString> {
     words_in(&env::var_os(variable).unwrap_or_default())
 }
 
+/// As a shell divides them, which `make` gives them to.
 #[cfg(unix)]
 fn words_in(text: &OsStr) -> Vec<OsString> {
-    use std::os::unix::ffi::OsStrExt;
-    let words = text.as_bytes().split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
-    words.map(|word| OsStr::from_bytes(word).to_owned()).collect()
+    use std::os::unix::ffi::{OsStrExt, OsStringExt};
+    let text = text.as_bytes();
+    // No shell takes what a quotation mark begins that has no end.
+    let words = shlex::bytes::split(text).unwrap_or_else(|| {
+        let words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+        words.map(<[u8]>::to_vec).collect()
+    });
+    words.into_iter().map(OsString::from_vec).collect()
 }
 
 #[cfg(not(unix))]
@@ -369,5 +375,17 @@ mod tests {
         use std::os::unix::ffi::OsStrExt;
         let words = words_in(OsStr::from_bytes(b" -w\n -Ik\xf6rbe\t"));
         assert_eq!(words, ["-w".as_ref(), OsStr::from_bytes(b"-Ik\xf6rbe")]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn words_of_variables_are_divided_as_by_a_shell() {
+        let words = |text: &str| words_in(text.as_ref());
+        assert_eq!(words(r"-DSPEED='300' -I/My\ Libs"), ["-DSPEED=300", "-I/My Libs"]);
+        assert_eq!(
+            words(r#"-DTITLE='"my robot"' -DA=\"b\""#),
+            ["-DTITLE=\"my robot\"", "-DA=\"b\""]
+        );
+        assert_eq!(words("-DA=it's -w"), ["-DA=it's", "-w"]);
     }
 }
