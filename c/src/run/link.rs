@@ -39,10 +39,8 @@ pub(crate) fn link(
     path: &Path,
 ) -> Result<(), Sentence> {
     let named = options.libraries.iter().map(|name| joined("-l", name)).chain(words_of("LDLIBS"));
-    let libraries: Vec<OsString> = named
-        .filter(|word| !library_name(word).is_some_and(|name| packages::is_replaced(&name)))
-        .collect();
-    let flags = words_of("LDFLAGS");
+    let libraries = without_replaced(named);
+    let flags = without_replaced(words_of("LDFLAGS").into_iter());
     let command = |folders: &[PathBuf], objects: &[PathBuf]| -> Result<Command, Sentence> {
         let mut command = compiler.command();
         command.arg(NO_CHECKS).args(&flags).args(more).args(objects).args(&inputs.archives);
@@ -85,6 +83,20 @@ pub(crate) fn link(
     let sources: Vec<&Path> = inputs.sources.iter().map(|source| &*source.path).collect();
     let advice = packages::advice_for_names(&said, &names, &sources);
     Err(format!("the program can't be linked{libraries}{advice}").into())
+}
+
+/// These words without the kits' libraries, in place of which ours is linked.
+fn without_replaced(mut words: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut kept = Vec::new();
+    while let Some(mut word) = words.next() {
+        if word == "-l" {
+            word = joined("-l", &words.next().unwrap_or_default());
+        }
+        if !library_name(&word).is_some_and(|name| packages::is_replaced(&name)) {
+            kept.push(word);
+        }
+    }
+    kept
 }
 
 /// The dynamic libraries that are named, with these words for the linker and these folders.
@@ -181,4 +193,16 @@ pub(crate) fn library() -> Result<PathBuf, Sentence> {
     newest
         .map(|(_, place)| place)
         .ok_or_else(|| format!("{LIBRARY} is not there: it belongs in {}", folder.display()).into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_kits_libraries_are_left_out_however_they_are_named() {
+        let words = ["-L", "lib", "-lKeLibTxt", "-l", "MotorIOLib", "-l", "m", "-lown"];
+        let kept = without_replaced(words.into_iter().map(OsString::from));
+        assert_eq!(kept, ["-L", "lib", "-lm", "-lown"]);
+    }
 }

@@ -255,7 +255,9 @@ function filled(text, values) {
 
 /** The name of a place, for people. */
 export function placeName(name) {
-  const [own, controller] = name.split(".").reverse();
+  const parts = name.split(".");
+  const own = parts.pop();
+  const controller = parts.join(", ");
   const german = language === "de" ? GERMAN_PLACES[own] : undefined;
   return (german ?? own.replaceAll("_", " ")) + (controller ? ` (${controller})` : "");
 }
