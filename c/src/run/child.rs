@@ -87,7 +87,10 @@ pub(crate) fn run(
     let forks = Forks::of(&program.path)?;
     signals::begin_program();
     signals::take_up_pauses()?;
-    let mut child = command.spawn()?;
+    let mut child = command.spawn().map_err(|error| {
+        let program = program.path.display();
+        format!("{program} does not start: {error}; TMPDIR may name another folder for it")
+    })?;
     let id = signals::pass_on_to(&child);
     let mut was_left = false;
     let (mut endings, mut was_cut_off) = (Endings::default(), false);
@@ -152,10 +155,16 @@ pub(crate) fn run(
             Some(format!("/proc is not mounted, so what {name} may have left running goes on"))
         }
     };
-    // All that it began has ended by its own last exchange. Without a transfer nobody knows what the outputs do.
+    // All that it began has ended by its own last exchange, perhaps long ago: another program may drive by now. Without a
+    // transfer nobody knows what the outputs do.
     let is_off = online.has_begun() && stopped.is_empty() && !was_left;
-    let word =
-        word.map(|word| if is_crash && is_off { word + "; all outputs are off" } else { word });
+    let word = word.map(|word| {
+        if is_crash && is_off {
+            word + "; its transfer has ended with all outputs off"
+        } else {
+            word
+        }
+    });
     let cut_off = was_cut_off
         .then(|| "a memory image (core) was cut off, because motors were on meanwhile".to_owned());
     let stopped = stopped.into_iter().map(|(_, it)| it);

@@ -34,7 +34,7 @@ fn a_program_that_becomes_another_one_is_stopped_while_that_runs() {
     if !has_compiler() {
         return;
     }
-    let kind = r#"LEAVE=execlp("sleep","sleep","1000",(char*)0)"#;
+    let kind = r#"LEAVE='execlp("sleep","sleep","1000",(char*)0)'"#;
     let ended = with_a_motor(kind, |txt, run| {
         press(txt, run);
         wait_stopped(txt);
@@ -70,7 +70,7 @@ fn what_one_process_of_a_program_leaves_is_stopped_while_another_one_drives() {
         let [first, second] = [txt().start().unwrap(), txt().start().unwrap()];
         let mut command = tx_run(&[]);
         let ports = format!("COM4={}, COM5={}", first.address(), second.address());
-        command.env("FT_TXT_PORTS", ports).env("CFLAGS", format!("-w -DLEAVE={kind}"));
+        command.env("FT_TXT_PORTS", ports).env("CFLAGS", format!("-w '-DLEAVE={kind}'"));
         let run = Run::start(command.arg(program("workers.c")));
         wait_for(&first, "the motor turns", turns);
         wait_for(&second, "the motor turns", turns);
@@ -93,7 +93,7 @@ fn what_a_program_does_after_its_end_can_crash_and_hang() {
         return;
     }
     with_a_motor("AFTER_CRASH", press)
-        .badly("ends was ended by SIGSEGV (memory that is not the program's); all outputs are off");
+        .badly("ends was ended by SIGSEGV (memory that is not the program's); its transfer has ended with all outputs off");
     let txt = txt().start().unwrap();
     let run = run_on(&txt, "ends.c", "-w -DAFTER_HANG");
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
@@ -511,7 +511,7 @@ fn a_program_whose_notes_were_removed_is_stopped_where_tx_run_knows_the_controll
     let txt = txt().start().unwrap();
     let address = txt.address().to_string();
     let (ports, port) =
-        (format!("COM4={address} # the gate"), format!("-DHOST=\"{address}\" -DAFTER"));
+        (format!("COM4={address} # the gate"), format!("-DHOST='\"{address}\"' -DAFTER"));
     // A controller that the program itself sets is known when its transfer began before.
     for (arguments, ports, flags) in [
         (&["--host", &*address][..], "", "-DBEFORE"),
@@ -641,7 +641,8 @@ fn a_program_with_main_ends_its_transfer_when_it_is_asked_to_end() {
         wait_for(&txt, "the motor turns", turns);
         run.signal(signal);
         let ended = run.end();
-        ended.badly(&format!("pc was ended by {name}; all outputs are off"));
+        ended
+            .badly(&format!("pc was ended by {name}; its transfer has ended with all outputs off"));
         assert!(!ended.err.contains("last exchange"), "{}", ended.err);
         wait_stopped(&txt);
     }
@@ -668,7 +669,7 @@ fn ctrl_c_ends_a_program_that_waits_for_a_command() {
             run.signal(libc::SIGINT);
         }
         let ended = run.end();
-        ended.badly("pc was ended by SIGINT; all outputs are off");
+        ended.badly("pc was ended by SIGINT; its transfer has ended with all outputs off");
         assert!(!ended.out.contains("status"), "{}", ended.out);
         wait_stopped(&txt);
     }
@@ -962,7 +963,7 @@ fn a_program_with_a_function_for_ctrl_c_goes_on_and_is_stopped_when_that_does_no
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 300);
     run.signal(libc::SIGTERM);
     let ended = run.end();
-    ended.badly("pc was ended by SIGTERM; all outputs are off");
+    ended.badly("pc was ended by SIGTERM; its transfer has ended with all outputs off");
     assert_eq!(ended.out, "asked\nasked\n");
     wait_stopped(&txt);
 }
@@ -989,7 +990,7 @@ fn a_simulated_txt_is_stopped_while_what_the_program_has_become_goes_on() {
     }
     // A script presses I1.
     let mut command = tx_run(&["--world", "default"]);
-    let flags = r#"-w -DLEAVE=execlp("sleep","sleep","2",(char*)0)"#;
+    let flags = r#"-w '-DLEAVE=execlp("sleep","sleep","2",(char*)0)'"#;
     let ended = Run::start(command.arg(program("ends.c")).env("CFLAGS", flags)).end();
     assert!(ended.err.contains("so tx_run has sent it: all outputs are off"), "{ended:?}");
     assert!(!ended.err.contains("ends now"), "{ended:?}");
@@ -1056,7 +1057,9 @@ fn a_signal_ends_a_program_that_was_started_where_signals_are_held_back() {
     if !has_compiler() {
         return;
     }
-    for source in ["ends.c", "pc.c"] {
+    for (source, off) in
+        [("ends.c", "all outputs are off"), ("pc.c", "its transfer has ended with all outputs off")]
+    {
         let txt = txt().start().unwrap();
         let mut command = Command::new("env");
         command.arg("--block-signal=INT,TERM,HUP,QUIT").arg(env!("CARGO_BIN_EXE_tx_run"));
@@ -1065,7 +1068,7 @@ fn a_signal_ends_a_program_that_was_started_where_signals_are_held_back() {
         let run = Run::start(&mut command);
         wait_for(&txt, "a motor turns", |machine| machine.controllers[0].outputs.duty != [0; 8]);
         run.signal(libc::SIGTERM);
-        run.end().badly("ended by SIGTERM; all outputs are off");
+        run.end().badly(&format!("ended by SIGTERM; {off}"));
     }
 }
 

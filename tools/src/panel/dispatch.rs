@@ -14,7 +14,7 @@ use super::host::Host;
 use super::order::only_looks;
 use super::problem::Problem;
 use super::reply::{Answers, Reply};
-use super::request::{self, Message, Request, Work, WorldRequest};
+use super::request::{self, Held, Message, Request, Work, WorldRequest};
 use crate::open_files;
 use crate::web::access::Access;
 
@@ -30,8 +30,8 @@ pub(crate) struct Panel {
     pages: AtomicU64,
     /// The controller that an open page shows alone.
     looks: Mutex<HashMap<PageId, usize>>,
-    /// The buttons that pages hold pressed: controller, area and input.
-    pressed: Mutex<BTreeSet<(PageId, usize, usize, i32)>>,
+    /// What pages hold: of which controller and area.
+    held: Mutex<BTreeSet<(PageId, usize, usize, Held)>>,
 }
 
 /// How many pages of a panel among several may be open.
@@ -44,8 +44,8 @@ const SELDOM: usize = 8;
 impl Panel {
     pub(crate) fn new(hosts: Vec<Host>, common: Arc<Common>, access: Arc<Access>) -> Self {
         let places = Arc::new(Semaphore::new(open_files::for_pages()));
-        let (pages, looks, pressed) = (AtomicU64::new(0), Mutex::default(), Mutex::default());
-        Self { hosts, common, access, course: None, places, pages, looks, pressed }
+        let (pages, looks, held) = (AtomicU64::new(0), Mutex::default(), Mutex::default());
+        Self { hosts, common, access, course: None, places, pages, looks, held }
     }
 
     /// The same beside others, for whose pages there is always room.
@@ -66,13 +66,12 @@ impl Panel {
     /// This page is gone. If it drove, all motors stop. It holds no button any more.
     pub(crate) fn leave(&self, page: PageId) {
         self.looks().remove(&page);
-        let of_page = (page, 0, 0, i32::MIN)..(page + 1, 0, 0, i32::MIN);
-        let held: Vec<_> = self.pressed().range(of_page).copied().collect();
-        for (_, host, area, input) in held {
-            let let_go = WorldRequest::Press { input, pressed: false };
-            // Its place may be taken by something else now.
-            let _ = self.host(host).and_then(|host| host.change_world(area, &let_go));
-            self.pressed().remove(&(page, host, area, input));
+        let of_page = self.held().iter().filter(|held| held.0 == page).copied().collect::<Vec<_>>();
+        for held in of_page {
+            let (_, host, area, what) = held;
+            // Something else may be plugged in by now.
+            let _ = self.host(host).and_then(|host| host.change_world(area, &what.let_go()));
+            self.held().remove(&held);
         }
         if self.common.control.release(page) {
             self.stop_hosts();
@@ -209,20 +208,19 @@ impl Panel {
             self.common.control.lease_of(page)?;
         }
         driven.change_world(area, request)?;
-        if let WorldRequest::Press { input, pressed } = *request {
-            let button = (page, host, area, input);
-            let mut held = self.pressed();
-            if pressed {
-                held.insert(button);
+        if let Some((what, is_held)) = Held::by(request) {
+            let held = (page, host, area, what);
+            if is_held {
+                self.held().insert(held);
             } else {
-                held.remove(&button);
+                self.held().remove(&held);
             }
         }
         Ok(())
     }
 
-    fn pressed(&self) -> MutexGuard<'_, BTreeSet<(PageId, usize, usize, i32)>> {
-        self.pressed.lock().unwrap_or_else(PoisonError::into_inner)
+    fn held(&self) -> MutexGuard<'_, BTreeSet<(PageId, usize, usize, Held)>> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn host(&self, host: usize) -> Result<&Host, Problem> {

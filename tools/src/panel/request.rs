@@ -87,7 +87,41 @@ pub(crate) enum WorldRequest {
     },
 }
 
-#[derive(Debug, Deserialize)]
+/// What hands hold in a world: a page that is gone has let it go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Held {
+    Button(i32),
+    Remote(usize),
+}
+
+impl Held {
+    /// What a request holds or lets go, and whether it holds it.
+    pub(crate) fn by(request: &WorldRequest) -> Option<(Self, bool)> {
+        match request {
+            WorldRequest::Press { input, pressed } => Some((Self::Button(*input), *pressed)),
+            WorldRequest::Remote(remote) => {
+                let at_rest = RemoteRequest { remote: remote.remote, ..RemoteRequest::default() };
+                Some((Self::Remote(remote.remote), *remote != at_rest))
+            }
+            WorldRequest::Sensor { .. }
+            | WorldRequest::Plug { .. }
+            | WorldRequest::Put { .. }
+            | WorldRequest::TakeAway { .. } => None,
+        }
+    }
+
+    /// The request that lets it go.
+    pub(crate) fn let_go(self) -> WorldRequest {
+        match self {
+            Self::Button(input) => WorldRequest::Press { input, pressed: false },
+            Self::Remote(remote) => {
+                WorldRequest::Remote(RemoteRequest { remote, ..RemoteRequest::default() })
+            }
+        }
+    }
+}
+
+#[derive(Debug, Default, PartialEq, Eq, Deserialize)]
 pub(crate) struct RemoteRequest {
     pub(crate) remote: usize,
     pub(crate) left_x: i8,

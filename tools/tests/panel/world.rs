@@ -15,9 +15,15 @@ fn a_page_that_is_gone_holds_no_button() {
     let panel = Panel::start(&[]);
     let mut page = panel.driver();
     page.done(json!({"do": "press", "input": 0, "pressed": true}));
+    let remote = json!({"do": "remote", "remote": 0, "left_x": 0, "left_y": 15, "right_x": 0, "right_y": 0,
+        "on": false, "off": false});
+    page.done(remote);
     page.state(0, |state| state["areas"][0]["inputs"][0]["value"] == 1);
+    page.state(0, |state| state["world"]["remotes"][0]["left_y"] == 15);
     drop(page);
-    panel.page().state(0, |state| state["areas"][0]["inputs"][0]["value"] == 0);
+    let mut page = panel.page();
+    page.state(0, |state| state["areas"][0]["inputs"][0]["value"] == 0);
+    page.state(0, |state| state["world"]["remotes"][0]["left_y"] == 0);
 }
 
 #[test]
