@@ -165,7 +165,11 @@ impl Watched {
             }
             Happened::Online => {
                 self.controller = self.said.of(seen.connection);
-                (self.error, self.unclear, self.beside) = (None, None, None);
+                let halted = self.error.take_if(|error| error.code == HALTED);
+                (self.error, self.unclear) = (None, None);
+                // Whoever stops what the program has left goes online at once.
+                let (of, until) = ((seen.line, seen.connection), Some(seen.at + TOLD));
+                self.beside = halted.map(|error| Beside { error, of, until });
                 self.forget();
                 // Told to the next program, too.
                 self.replaced.take_if(|(_, told)| *told + 1 < self.program);
@@ -319,6 +323,8 @@ impl Watched {
 
 /// The codes of what stays until a program goes online, or the controller is stopped.
 const MOTORS_MAY_GO_ON: [&str; 2] = ["halt_failed", "stop_online_unanswered"];
+/// The code of outputs that were switched off for a program that is gone.
+const HALTED: &str = "halted";
 /// The code of a missing response.
 const NO_ANSWER: &str = "no_answer";
 const UNKNOWN: &str = "unknown";
@@ -348,7 +354,7 @@ fn problem(seen: &Seen) -> Option<Problem> {
                 (Some(error), _) if error.kind() == ErrorKind::Other => REPLACED,
                 (Some(_), _) => "halt_failed",
                 (None, Gone::Page) => "disconnected",
-                (None, _) => "halted",
+                (None, _) => HALTED,
             };
             (code, halted(*gone, error.as_ref()))
         }

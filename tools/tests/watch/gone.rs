@@ -583,6 +583,20 @@ fn a_controller_that_does_not_answer_is_told_as_not_stopped() {
 }
 
 #[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+/// As `tx_run` is, which stops what its program has left.
+#[test]
+fn the_page_still_says_so_when_the_next_one_is_online_at_once() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let watch = Watch::start(txt.address(), &[]);
+    let mut page = watch.page();
+    let mut gone = program(&watch);
+    gone.exchange(M1);
+    drop(gone);
+    let next = program(&watch);
+    page.state(0, |state| state["watched"]["beside"]["code"] == "halted");
+    drop(next);
+}
+
 #[test]
 fn the_page_and_the_recording_say_so() {
     let txt = SimulatedTxt::builder().start().unwrap();
