@@ -66,15 +66,15 @@ impl Panel {
     /// This page is gone. If it drove, all motors stop. It holds no button any more.
     pub(crate) fn leave(&self, page: PageId) {
         self.looks().remove(&page);
+        if self.common.control.release(page) {
+            self.stop_hosts();
+        }
         let of_page = self.held().iter().filter(|held| held.0 == page).copied().collect::<Vec<_>>();
         for held in of_page {
             let (_, host, area, what) = held;
             // Something else may be plugged in by now.
             let _ = self.host(host).and_then(|host| host.change_world(area, &what.let_go()));
             self.held().remove(&held);
-        }
-        if self.common.control.release(page) {
-            self.stop_hosts();
         }
     }
 
