@@ -55,7 +55,7 @@ fn a_request_of_an_earlier_transfer_is_not_carried_out_in_the_next_one() {
     let _library = initialized();
     // The system gives these ports to nobody.
     let at = |port| SimulatedTxt::builder().port(port).start().ok();
-    let txt = (20_100..).step_by(3).find_map(at).unwrap();
+    let txt = (31_000..).step_by(3).find_map(at).unwrap();
     let device = Device::open(&txt);
     device.start();
     let for_ever = 0b10 << 5 | 0b01_01;

@@ -8,7 +8,7 @@ use std::time::Duration;
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 
-use super::support::{has_compiler, run_on, tx_run, txt, wait_for, Ended, Run};
+use super::support::{has_compiler, own_port, run_on, tx_run, txt, wait_for, Ended, Run};
 
 /// How a wrong pointer is named.
 pub(super) const WRONG_POINTER: &str =
@@ -162,7 +162,7 @@ fn a_controller_that_goes_away_ends_the_program() {
     if !has_compiler() {
         return;
     }
-    let txt = txt().start().unwrap();
+    let txt = txt().port(own_port()).start().unwrap();
     let run = run_on(&txt, "ends.c", "-w -DCODE=0");
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
     drop(txt);

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::support::{has_compiler, program, run_on, tx_run, txt, wait_for, Run};
+use super::support::{has_compiler, own_port, program, run_on, tx_run, txt, wait_for, Run};
 
 #[test]
 fn a_motor_turns_until_an_input_is_pressed() {
@@ -81,7 +81,7 @@ fn the_variable_chooses_the_simple_exchange() {
     if !has_compiler() {
         return;
     }
-    let txt = txt().extensions(1).start().unwrap();
+    let txt = txt().extensions(1).port(own_port()).start().unwrap();
     let mut command = tx_run(&["--host", &txt.address().to_string()]);
     let run = Run::start(command.arg(program("extension.c")).env("FT_TXT_MODE", "simple"));
     wait_for(&txt, "the master's lamp", |machine| machine.controllers[0].outputs.duty[7] == 512);

@@ -3,13 +3,12 @@
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::fs::{self, File, Permissions};
 use std::io::{self, Read, Write};
-use std::iter;
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
@@ -20,8 +19,8 @@ use super::ends::{goes_on_with_a_motor, press, wait_stopped, with_a_motor};
 #[cfg(target_os = "linux")]
 use super::support::shared_library;
 use super::support::{
-    cache, has_compiler, has_ended, make_pipe, program, run_on, run_with, tx_run, txt, wait_for,
-    wait_until, Run,
+    cache, has_compiler, has_ended, make_pipe, own_port, program, run_on, run_with, tx_run, txt,
+    wait_for, wait_until, Run,
 };
 
 /// Whether the motor of the programs for a PC turns.
@@ -543,19 +542,12 @@ fn what_is_noted_of_transfers_does_not_grow_with_their_number() {
     wait_stopped(&txt);
 }
 
-/// A simulated TXT at ports that no other test is given when this one has left them.
-fn txt_at_own_ports() -> SimulatedTxt {
-    static NEXT: AtomicU16 = AtomicU16::new(20_100);
-    let mut ports = iter::repeat_with(|| NEXT.fetch_add(3, Ordering::Relaxed));
-    ports.find_map(|port| txt().port(port).start().ok()).unwrap()
-}
-
 #[test]
 fn a_controller_that_can_not_be_stopped_is_told() {
     if !has_compiler() {
         return;
     }
-    let txt = txt_at_own_ports();
+    let txt = txt().port(own_port()).start().unwrap();
     let run = run_on(&txt, "killed.c", "-DGONE");
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
     drop(txt);
@@ -570,7 +562,7 @@ fn a_controller_that_can_not_be_stopped_at_first_is_stopped_when_it_answers_agai
     }
     let folder = tempfile::tempdir().unwrap();
     let said = folder.path().join("said");
-    let gone = txt_at_own_ports();
+    let gone = txt().port(own_port()).start().unwrap();
     let address = gone.address();
     let mut command = tx_run(&["--host", &address.to_string()]);
     command.arg(program("killed.c")).env("CFLAGS", "-w -DGONE -DBECOMES");

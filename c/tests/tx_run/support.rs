@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU16, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -28,6 +29,14 @@ pub(crate) fn has_compiler() -> bool {
 /// A simulated TXT without a world: the test sets the inputs.
 pub(crate) fn txt() -> SimulatedTxtBuilder {
     SimulatedTxt::builder()
+}
+
+/// The port for one that goes before its program: `tx_run` tries to stop it there for some seconds more, and no other test
+/// is given this port.
+pub(crate) fn own_port() -> u16 {
+    static NEXT: AtomicU16 = AtomicU16::new(30_200);
+    let mut ports = std::iter::repeat_with(|| NEXT.fetch_add(3, Ordering::Relaxed));
+    ports.find(|port| txt().port(*port).start().is_ok()).unwrap()
 }
 
 /// Compiles a dynamic library.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ft_transfer_area_simulator::Machine;
 
-use super::support::{has_compiler, run_on, txt, wait_for};
+use super::support::{has_compiler, own_port, run_on, txt, wait_for};
 
 #[cfg(unix)]
 #[test]
@@ -57,7 +57,7 @@ fn an_input_is_answered_in_the_next_request() {
         asked = asked % 500 + 1;
         controller.uni[0] = asked;
     });
-    let txt = txt.start().unwrap();
+    let txt = txt.port(own_port()).start().unwrap();
     let run = run_on(&txt, "echo.c", "");
     // A busy machine makes a program late now and then, but not forever.
     wait_for(&txt, "answers in a row", |_| longest.load(Ordering::Relaxed) >= IN_A_ROW);
