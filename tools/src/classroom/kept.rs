@@ -124,7 +124,7 @@ impl Kept {
 fn lessons(text: &str) -> anyhow::Result<Vec<u8>> {
     let is_between = |c: char| c == ',' || c.is_whitespace();
     let words = text.split(is_between).filter(|word| !word.is_empty());
-    let number = |word: &str| word.parse().map_err(|_| anyhow!("{word} is no lesson"));
+    let number = |word: &str| word.parse::<u8>().map_err(|_| anyhow!("{word} is no lesson"));
     words.map(number).collect()
 }
 
