@@ -157,8 +157,19 @@ fn a_recording_in_parts_has_each_cycle_once_and_each_part_begins_with_the_contro
 
 #[test]
 fn a_part_that_is_due_in_a_gap_begins_with_the_controller_that_answers_then() {
+    // On a busy machine the recorder may be late by more than a short part.
+    let begins = [50, 200, 800, 3200].into_iter().any(|length| {
+        let (transfers, cycles) = part_of_gap(Duration::from_millis(length));
+        matches!(&transfers[..], [Transfer::Began { device_name, address, .. }]
+            if device_name == "BETA" && address == "127.0.0.3" && cycles == [3])
+    });
+    assert!(begins);
+}
+
+/// What is in the second part, which is due in a gap after ALPHA and before BETA.
+fn part_of_gap(length: Duration) -> (Vec<Transfer>, Vec<u64>) {
     let folder = folder();
-    let parts = Parts::of_time(Duration::from_millis(50));
+    let parts = Parts::of_time(length);
     let path = folder.path().join("run.mcap");
     let (recorder, mut feed) = Recorder::fed(&path, roomy().parts(parts)).unwrap();
     let [name, firmware] = ["BETA", "4.7.0"].map(str::to_owned);
@@ -179,20 +190,17 @@ fn a_part_that_is_due_in_a_gap_begins_with_the_controller_that_answers_then() {
     feed.cycle(cycle(1, true));
     let away = Failure { kind: FailureKind::NoAnswer, error: "away".to_owned() };
     feed.transfer(Instant::now(), Transfer::Lost(away));
-    std::thread::sleep(Duration::from_millis(100));
+    std::thread::sleep(2 * length);
     feed.cycle(cycle(2, true));
     let (device_name, after_ms) = (name.clone(), 100);
     feed.transfer(Instant::now(), Transfer::Restored { after_ms, device_name, firmware, address });
     feed.cycle(cycle(3, false));
     recorder.finish().unwrap();
-    let (entries, _) = read(&folder.path().join("run-0002.mcap")).unwrap();
-    match transfers(&entries)[..] {
-        [Transfer::Began { device_name, address, .. }] => {
-            assert_eq!((device_name, &**address), (&name, "127.0.0.3"));
-        }
-        ref other => panic!("{other:?}"),
-    }
-    assert_eq!(cycles(&entries).iter().map(|cycle| cycle.number).collect::<Vec<_>>(), [3]);
+    let Ok((entries, _)) = read(&folder.path().join("run-0002.mcap")) else {
+        return Default::default();
+    };
+    let transfers = transfers(&entries).into_iter().cloned().collect();
+    (transfers, cycles(&entries).iter().map(|cycle| cycle.number).collect())
 }
 
 /// As of a program that goes online and offline again and again, behind `txt watch`.
