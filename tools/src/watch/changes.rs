@@ -355,27 +355,33 @@ impl MotorValue {
 }
 
 fn write(lines: &Take<String>, out: impl Write) -> io::Result<()> {
-    let mut out = BufWriter::new(out);
+    let mut out = BufWriter::new(Waits(out));
     while let Ok(line) = lines.wait() {
-        let line = line + "\n";
-        let mut rest = line.as_bytes();
-        while !rest.is_empty() {
-            let written = when_there_is_room(|| out.write(rest))?;
-            rest = &rest[written..];
-        }
+        writeln!(out, "{line}")?;
         if lines.is_empty() {
-            when_there_is_room(|| out.flush())?;
+            out.flush()?;
         }
     }
     Ok(())
 }
 
-/// A program that shares this output may have made it one that does not wait, as Node.js and ssh do.
+/// Waits for room. A program that shares this output may have made it one that does not wait, as Node.js and ssh do.
+struct Waits<W>(W);
+
+impl<W: Write> Write for Waits<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        when_there_is_room(|| self.0.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        when_there_is_room(|| self.0.flush())
+    }
+}
+
 fn when_there_is_room<T>(mut write: impl FnMut() -> io::Result<T>) -> io::Result<T> {
     loop {
         match write() {
             Err(error) if error.kind() == ErrorKind::WouldBlock => thread::sleep(LOOK),
-            Err(error) if error.kind() == ErrorKind::Interrupted => {}
             done => return done,
         }
     }

@@ -582,7 +582,6 @@ fn a_controller_that_does_not_answer_is_told_as_not_stopped() {
     assert_eq!(outputs_off(&watch), ("closed".into(), false.into()));
 }
 
-#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
 /// As `tx_run` is, which stops what its program has left.
 #[test]
 fn the_page_still_says_so_when_the_next_one_is_online_at_once() {
@@ -597,6 +596,7 @@ fn the_page_still_says_so_when_the_next_one_is_online_at_once() {
     drop(next);
 }
 
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
 #[test]
 fn the_page_and_the_recording_say_so() {
     let txt = SimulatedTxt::builder().start().unwrap();
