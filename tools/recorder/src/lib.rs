@@ -13,6 +13,7 @@
 //! | make tables and plots of it | [`Column`] |
 //! | compare two of them | [`Cycle::values`] |
 
+mod beginning;
 mod column;
 mod damage;
 mod error;
@@ -20,7 +21,10 @@ mod feed;
 #[doc(hidden)]
 pub mod file;
 mod format;
+mod frames;
 mod history;
+mod options;
+mod origin;
 mod output;
 mod part;
 mod parts;
@@ -28,8 +32,10 @@ mod reader;
 mod recorder;
 mod records;
 mod source;
+mod state;
 mod target;
 mod under_way;
+mod worker;
 mod writer;
 
 pub use column::Column;
@@ -37,13 +43,16 @@ pub use damage::Damage;
 pub use error::Error;
 pub use feed::Feed;
 pub use format::{Failure, FailureKind, RecordedEvent, RecordedStatistics, Transfer};
+pub use frames::FrameSink;
 pub use history::{Follow, History};
+pub use options::Options;
 pub use part::value_names;
 #[doc(hidden)]
 pub use parts::parts_of;
 pub use parts::Parts;
 pub use reader::{Cycle, Entry, Place, Recorded, Recording};
-pub use recorder::{FrameSink, Options, Recorder, Totals};
+pub use recorder::Recorder;
+pub use state::Totals;
 
 /// The programs in the document and in the README are tested with the documentation.
 #[cfg(doctest)]

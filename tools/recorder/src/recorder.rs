@@ -2,127 +2,32 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError};
-use ft_transfer_area::notices;
+use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TrySendError};
 use ft_transfer_area::{
-    CameraFrame, CycleLog, EventKind, Events, IoError, LogEntry, LoggedCycle, Statistics,
-    TimedEvent, TransferAreaComHandler, TransferAreas,
+    CycleLog, EventKind, Events, IoError, TransferAreaComHandler, TransferAreas,
 };
-use log::Level;
-use mcap::{McapError, McapResult};
 
+use crate::beginning::Beginning;
 use crate::error::Error;
-use crate::feed::{Fed, FedEntry, Feed};
-use crate::file;
-use crate::format::Transfer;
+use crate::feed::Feed;
+use crate::frames::FrameSink;
 use crate::history::Follow;
+use crate::options::Options;
+use crate::origin::Origin;
 use crate::parts::Parts;
+use crate::state::{State, Totals};
 use crate::target::Target;
-use crate::under_way::UnderWay;
-use crate::writer::Losses;
-
-/// How often the recorder looks for new entries.
-const LOOK: Duration = Duration::from_millis(10);
-
-/// How often everything is handed to the operating system, and the statistics are written; these also at the end of a
-/// transfer.
-const FLUSH: Duration = Duration::from_millis(500);
-const STATISTICS: Duration = Duration::from_secs(1);
+use crate::worker::{self, block_size_signal, cause, Rename, Worker};
 
 /// How long the beginning and the end of a recording may take. A disk that takes nothing for so long stands still.
 const DISK_LIMIT: Duration = Duration::from_secs(5);
 
-/// How long the end waits for a logger that blocks.
-const LAST_LINES: Duration = Duration::from_millis(100);
-
 /// How many names wait for the disk.
 const RENAMES: usize = 16;
-
-/// How many pictures wait for the disk, and how many bytes they may have.
-const FRAMES: usize = 32;
-const FRAME_BYTES: usize = 64 << 20;
-
-/// How a recording is made.
-#[derive(Clone, Copy, Debug)]
-#[non_exhaustive]
-pub struct Options {
-    /// How many cycles wait for a slow disk before the next ones are lost; the default 500 is about five seconds,
-    /// and takes 5 MB. Fewer than 10 may lose cycles on a fast disk, too.
-    pub capacity: usize,
-    /// Into several files; `None`, the default, for one.
-    pub parts: Option<Parts>,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self { capacity: 500, parts: None }
-    }
-}
-
-impl Options {
-    /// With this number of cycles that wait for a slow disk, 1..=[`CycleLog::MAX_CAPACITY`].
-    #[must_use]
-    pub fn capacity(self, capacity: usize) -> Self {
-        Self { capacity, ..self }
-    }
-
-    /// Into several files.
-    #[must_use]
-    pub fn parts(self, parts: Parts) -> Self {
-        Self { parts: Some(parts), ..self }
-    }
-}
-
-/// What a recording has so far, or in all.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Totals {
-    /// Cycles in the file.
-    pub cycles: u64,
-    /// Entries, most of them cycles, that were lost because the disk was too slow.
-    pub lost: u64,
-    /// Pictures of the camera in the file.
-    pub frames: u64,
-    /// Pictures that were lost because the disk was too slow.
-    pub lost_frames: u64,
-    /// About how large the file is; of a recording in parts, the newest one.
-    pub bytes: u64,
-}
-
-/// How many recordings may wait for files that take nothing. Each has a thread until its file does.
-const BEGINNINGS: usize = 64;
-
-/// How many begin now.
-static BEGIN: AtomicUsize = AtomicUsize::new(0);
-
-/// A recording that begins, and is counted here.
-struct Beginning(&'static AtomicUsize);
-
-impl Beginning {
-    fn new(count: &'static AtomicUsize) -> Result<Self, IoError> {
-        // Dropped, it counts no more.
-        let this = Self(count);
-        match count.fetch_add(1, Ordering::Relaxed) {
-            0..BEGINNINGS => Ok(this),
-            _ => Err(io::Error::new(
-                io::ErrorKind::WouldBlock,
-                format!("{BEGINNINGS} earlier recordings still wait for files that take nothing"),
-            )
-            .into()),
-        }
-    }
-}
-
-impl Drop for Beginning {
-    fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::Relaxed);
-    }
-}
 
 /// Records a handler into a file, in a thread of its own.
 ///
@@ -172,73 +77,12 @@ pub struct Recorder {
     frames: FrameSink,
 }
 
-/// The name that the thread is to give the file.
-struct Rename {
-    to: PathBuf,
-    /// Nobody waits for it any more then.
-    until: Instant,
-    done: Sender<io::Result<()>>,
-}
-
 /// What the program knows of it.
 #[derive(Debug)]
 struct Renaming {
     to: PathBuf,
     until: Instant,
     done: Receiver<io::Result<()>>,
-}
-
-/// Takes the camera's pictures into a recording. Cheap to clone, for the thread that gets them.
-#[derive(Clone, Debug)]
-pub struct FrameSink {
-    sender: Sender<CameraFrame>,
-    state: Arc<State>,
-}
-
-/// What the recorder's thread and the program share.
-#[derive(Debug, Default)]
-struct State {
-    /// The file, of several the newest.
-    path: Mutex<PathBuf>,
-    recorded: Mutex<Totals>,
-    /// How many bytes the file has.
-    bytes: AtomicU64,
-    lost_frames: AtomicU64,
-    /// The bytes of the pictures that wait.
-    frame_bytes: AtomicUsize,
-    failure: Mutex<Option<IoError>>,
-}
-
-impl State {
-    fn path(&self) -> PathBuf {
-        self.path.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-
-    fn set_path(&self, path: &Path) {
-        path.clone_into(&mut self.path.lock().unwrap_or_else(PoisonError::into_inner));
-    }
-
-    fn recorded(&self) -> Totals {
-        let recorded = *self.recorded.lock().unwrap_or_else(PoisonError::into_inner);
-        let lost_frames = self.lost_frames.load(Ordering::Relaxed);
-        Totals { lost_frames, bytes: self.bytes.load(Ordering::Relaxed), ..recorded }
-    }
-
-    fn failure(&self) -> Option<IoError> {
-        self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
-    }
-}
-
-impl FrameSink {
-    /// Records a picture. Does not wait: if the disk is too slow, the picture is lost and counted.
-    pub fn record(&self, frame: &CameraFrame) {
-        let (state, size) = (&self.state, frame.data.len());
-        let has_room = state.frame_bytes.fetch_add(size, Ordering::Relaxed) + size <= FRAME_BYTES;
-        if !has_room || self.sender.try_send(frame.clone()).is_err() {
-            state.frame_bytes.fetch_sub(size, Ordering::Relaxed);
-            state.lost_frames.fetch_add(1, Ordering::Relaxed);
-        }
-    }
 }
 
 impl Recorder {
@@ -262,8 +106,8 @@ impl Recorder {
         let capacity = (4 * options.capacity).min(Events::MAX_CAPACITY);
         let events =
             handler.areas().events(&kinds.collect::<Vec<_>>(), capacity).map_err(refused)?;
-        let source = Source::Handler { log, events };
-        let mut recorder = Self::record(path, options.parts, source, DISK_LIMIT)?;
+        let origin = Origin::Handler { log, events };
+        let mut recorder = Self::record(path, options.parts, origin, DISK_LIMIT)?;
         recorder.transfer = Some(handler.areas().clone());
         Ok(recorder)
     }
@@ -281,9 +125,9 @@ impl Recorder {
             return Err(not_started(io::Error::new(io::ErrorKind::InvalidInput, sentence)));
         }
         let (feed, entries, lost) = Feed::channel(options.capacity);
-        let source = Source::Feed { entries, lost };
+        let origin = Origin::Feed { entries, lost };
         let path = path.as_ref().to_owned();
-        let recorder = Self::record(path, options.parts, source, DISK_LIMIT)?;
+        let recorder = Self::record(path, options.parts, origin, DISK_LIMIT)?;
         Ok((recorder, feed))
     }
 
@@ -306,7 +150,7 @@ impl Recorder {
     ) -> Result<Self, Error> {
         let path = path.as_ref().to_owned();
         let transfer = follow.take_transfer();
-        let mut recorder = Self::record(path, options.parts, Source::History(follow), DISK_LIMIT)?;
+        let mut recorder = Self::record(path, options.parts, Origin::History(follow), DISK_LIMIT)?;
         recorder.transfer = transfer;
         Ok(recorder)
     }
@@ -314,32 +158,20 @@ impl Recorder {
     fn record(
         path: PathBuf,
         parts: Option<Parts>,
-        source: Source,
+        origin: Origin,
         limit: Duration,
     ) -> Result<Self, Error> {
-        let (sender, frames) = bounded(FRAMES);
-        let (rename, renames) = bounded(RENAMES);
         let state = Arc::new(State { path: Mutex::new(path.clone()), ..State::default() });
-        let within = source.within();
+        let (sink, frames) = FrameSink::channel(Arc::clone(&state));
+        let (rename, renames) = bounded(RENAMES);
+        let (within, follows) = (origin.within(), origin.follows());
         let begin_at = within.as_ref().map_or_else(Instant::now, |(since, _)| *since);
-        let worker = Worker {
-            source,
-            frames,
-            renames,
-            state: Arc::clone(&state),
-            flushed: begin_at,
-            reported: None,
-            unreported: None,
-        };
-        let beginning = Beginning::new(&BEGIN).map_err(|cause| Error::Write {
-            path: path.clone(),
-            cause,
-            cycles: 0,
-        })?;
+        let worker = Worker::new(origin, begin_at, frames, renames, Arc::clone(&state));
+        let failed = |cause| Error::Write { path: path.clone(), cause, cycles: 0 };
+        let beginning = Beginning::begin().map_err(failed)?;
         let (begin, begun) = bounded(1);
         let (hand, handed) = bounded(1);
         let (end, ended) = bounded(0);
-        let follows = worker.source.follows();
         let work = {
             let path = path.clone();
             move || {
@@ -349,17 +181,7 @@ impl Recorder {
                 block_size_signal();
                 let target = Target::create(path, parts, within);
                 drop(beginning);
-                // Both fail when nobody waits for it any more.
-                match target {
-                    Ok(target) => {
-                        let _ = begin.send(Ok(target.newest().to_owned()));
-                        match handed.recv() {
-                            Ok(worker) => Worker::run(worker, target),
-                            Err(_) => target.discard(),
-                        }
-                    }
-                    Err(error) => drop(begin.send(Err(error))),
-                }
+                worker::work(target, &begin, &handed);
             }
         };
         let thread = std::thread::Builder::new()
@@ -376,10 +198,8 @@ impl Recorder {
             state.set_path(&file);
             hand.send(worker).map(|()| file).map_err(|_| panicked())
         });
-        let path = begun.map_err(|cause| Error::Write { path, cause, cycles: 0 })?;
-        let frames = FrameSink { sender, state: Arc::clone(&state) };
         Ok(Self {
-            path,
+            path: begun.map_err(failed)?,
             is_in_parts: parts.is_some(),
             state,
             transfer: None,
@@ -387,7 +207,7 @@ impl Recorder {
             renaming: None,
             ended,
             thread: Some(thread),
-            frames,
+            frames: sink,
         })
     }
 
@@ -548,344 +368,10 @@ fn panicked() -> IoError {
     io::Error::other("the recorder panicked").into()
 }
 
-/// A limit for the size of files makes an error of a write by this thread, not the end of the program.
-fn block_size_signal() {
-    #[cfg(unix)]
-    {
-        use nix::sys::signal::{SigSet, Signal};
-        let mut signals = SigSet::empty();
-        signals.add(Signal::SIGXFSZ);
-        if let Err(error) = signals.thread_block() {
-            let text =
-                format_args!("a limit for the size of files would end this program: {error}");
-            notices::leave(Level::Warn, module_path!(), text);
-        }
-    }
-}
-
-/// What went wrong, in the words of the operating system if it was that.
-fn cause(error: McapError) -> IoError {
-    match error {
-        McapError::Io(error) => error.into(),
-        other => io::Error::other(other).into(),
-    }
-}
-
-/// Where the entries come from.
-enum Source {
-    Handler {
-        log: CycleLog,
-        events: Events,
-    },
-    Feed {
-        entries: Receiver<FedEntry>,
-        /// How many had no room.
-        lost: Arc<AtomicU64>,
-    },
-    History(Follow),
-}
-
-/// The recorder's thread.
-struct Worker {
-    source: Source,
-    frames: Receiver<CameraFrame>,
-    /// Ends with the recorder.
-    renames: Receiver<Rename>,
-    state: Arc<State>,
-    flushed: Instant,
-    /// When the statistics were written last. With the first cycle they are, too: its transfer may run already.
-    reported: Option<Instant>,
-    /// Those since then, and when they were.
-    unreported: Option<(Instant, Statistics)>,
-}
-
-impl Rename {
-    /// Unless nobody waits for it any more.
-    fn perform(&self, state: &State) {
-        if Instant::now() >= self.until {
-            return;
-        }
-        let done = file::rename(&state.path(), &self.to).inspect(|()| state.set_path(&self.to));
-        let _ = self.done.send(done);
-    }
-}
-
-impl Worker {
-    fn run(mut self, mut file: Target) {
-        let done = self.record_until_stopped(&mut file).and_then(|()| file.writer.finish());
-        match done {
-            Ok(bytes) => {
-                self.state.bytes.store(bytes, Ordering::Relaxed);
-                let Self { source, renames, state, .. } = self;
-                drop(source);
-                // The handler has ended before the recorder.
-                renames.iter().for_each(|rename| rename.perform(&state));
-            }
-            Err(error) => {
-                let cause = cause(error);
-                let path = self.state.path();
-                let text = format!("nothing more is recorded into {}: {cause}", path.display());
-                *self.state.failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(cause);
-                notices::leave(Level::Error, module_path!(), format_args!("{text}"));
-            }
-        }
-        notices::flush(LAST_LINES);
-    }
-
-    /// Records until the recorder or the handler ends, then what has come in until then.
-    ///
-    /// It looks from time to time and waits for no entry: waking it would cost the transfer more than the entry.
-    fn record_until_stopped(&mut self, file: &mut Target) -> McapResult<()> {
-        loop {
-            let rename = self.renames.recv_timeout(LOOK);
-            let before = self.lost().entries;
-            let goes_on = self.take_all(file)?;
-            if let Ok(rename) = &rename {
-                // On a disk that stands still this waits, and not the new name, which could not be taken back.
-                file.writer.flush()?;
-                rename.perform(&self.state);
-            }
-            if matches!(rename, Err(RecvTimeoutError::Disconnected)) || !goes_on {
-                self.report(file)?;
-                // When nothing more comes, all that was lost is known.
-                let lost = if goes_on { before } else { self.lost().entries };
-                return self.tell_last_lost(file, lost);
-            }
-            self.flush_if_due(file, Instant::now())?;
-        }
-    }
-
-    /// At the time of what comes next.
-    fn flush_if_due(&mut self, file: &mut Target, now: Instant) -> McapResult<()> {
-        if now.saturating_duration_since(self.flushed) >= FLUSH {
-            file.writer.flush()?;
-            file.delete_oldest();
-            self.state.bytes.store(file.writer.bytes(), Ordering::Relaxed);
-            self.flushed = now;
-        }
-        Ok(())
-    }
-
-    /// Records what has come in until now; returns whether more may come.
-    fn take_all(&mut self, file: &mut Target) -> McapResult<bool> {
-        let mut goes_on = true;
-        // One more, to see the end.
-        for _ in 0..=self.source.waiting() {
-            match self.source.next() {
-                Ok(Entry::Logged(entry)) => self.logged(file, entry)?,
-                Ok(Entry::Fed(entry)) => self.fed(file, &entry)?,
-                Ok(Entry::Kept(entry)) => self.kept(file, &entry)?,
-                Err(TryRecvError::Empty) => break,
-                Err(TryRecvError::Disconnected) => goes_on = false,
-            }
-        }
-        while let Some(reported) = self.source.next_event() {
-            file.writer.event(reported.arrived, &(&reported).into())?;
-        }
-        for _ in 0..self.frames.len() {
-            if let Ok(frame) = self.frames.try_recv() {
-                self.state.frame_bytes.fetch_sub(frame.data.len(), Ordering::Relaxed);
-                self.frame(file, &frame)?;
-            }
-        }
-        Ok(goes_on)
-    }
-
-    fn logged(&mut self, file: &mut Target, entry: LogEntry) -> McapResult<()> {
-        let lost = entry.lost;
-        match FedEntry::of_log(entry) {
-            Some(entry) => self.fed(file, &entry),
-            None => {
-                self.count(false, lost);
-                Ok(())
-            }
-        }
-    }
-
-    fn fed(&mut self, file: &mut Target, entry: &FedEntry) -> McapResult<()> {
-        self.fed_at(file, entry, Instant::now())
-    }
-
-    /// What was before comes at once, so its own time counts.
-    fn kept(&mut self, file: &mut Target, entry: &FedEntry) -> McapResult<()> {
-        let at = entry.at();
-        self.flush_if_due(file, at)?;
-        self.fed_at(file, entry, at)
-    }
-
-    fn fed_at(&mut self, file: &mut Target, entry: &FedEntry, now: Instant) -> McapResult<()> {
-        match &entry.what {
-            Fed::Cycle(cycle) => self.cycle(file, cycle, entry.lost, now)?,
-            Fed::Transfer { at, what } => {
-                self.report(file)?;
-                self.before_transfer(file, *at, entry.lost)?;
-                file.writer.transfer(*at, what)?;
-                if matches!(what, Transfer::Restored { .. }) {
-                    self.begin_part(file, *at)?;
-                }
-            }
-            Fed::Event { at, what } => {
-                self.before_transfer(file, *at, entry.lost)?;
-                file.writer.event(*at, what)?;
-            }
-        }
-        self.count(matches!(entry.what, Fed::Cycle(_)), entry.lost);
-        Ok(())
-    }
-
-    fn cycle(
-        &mut self,
-        file: &mut Target,
-        cycle: &LoggedCycle,
-        lost: u64,
-        now: Instant,
-    ) -> McapResult<()> {
-        // Who answers after a gap comes directly behind the first cycle.
-        if !(cycle.first && file.writer.is_in_gap()) {
-            self.begin_part(file, cycle.arrived)?;
-        }
-        file.writer.cycle(cycle, lost)?;
-        self.unreported = Some((cycle.arrived, cycle.statistics));
-        let since = self.reported.map(|reported| now.saturating_duration_since(reported));
-        if since.is_none_or(|since| since >= STATISTICS) {
-            self.reported = Some(now);
-            self.report(file)?;
-        }
-        Ok(())
-    }
-
-    /// Writes the statistics since the last time.
-    fn report(&mut self, file: &mut Target) -> McapResult<()> {
-        match self.unreported.take() {
-            Some((at, statistics)) => file.writer.statistics(at, &statistics, self.lost()),
-            None => Ok(()),
-        }
-    }
-
-    /// What comes before an entry that is no cycle, with this number of lost ones before it.
-    fn before_transfer(&mut self, file: &mut Target, at: Instant, lost: u64) -> McapResult<()> {
-        // There may be any number of them without a cycle. A transfer that runs goes on in a new part with its cycles.
-        if !file.writer.is_under_way() {
-            self.begin_part(file, at)?;
-        }
-        match lost {
-            0 => Ok(()),
-            entries => file.writer.transfer(at, &Transfer::NotRecorded { entries }),
-        }
-    }
-
-    /// Goes on in a new file if this one is full. It gets the statistics with which the next one begins, too.
-    fn begin_part(&mut self, file: &mut Target, at: Instant) -> McapResult<()> {
-        if file.is_full() {
-            self.report(file)?;
-            file.begin_part(at, self.lost())?;
-            self.state.set_path(file.newest());
-        }
-        Ok(())
-    }
-
-    fn count(&self, is_cycle: bool, lost: u64) {
-        let mut recorded = self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner);
-        recorded.cycles += u64::from(is_cycle);
-        recorded.lost += lost;
-    }
-
-    /// Those after which nothing had room, of this number in all.
-    fn tell_last_lost(&self, file: &mut Target, lost: u64) -> McapResult<()> {
-        let mut recorded = self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner);
-        let entries = lost.saturating_sub(recorded.lost);
-        recorded.lost += entries;
-        drop(recorded);
-        match entries {
-            0 => Ok(()),
-            entries => file.writer.transfer(Instant::now(), &Transfer::NotRecorded { entries }),
-        }
-    }
-
-    fn frame(&mut self, file: &mut Target, frame: &CameraFrame) -> McapResult<()> {
-        self.begin_part(file, frame.arrived)?;
-        let is_in_file = file.writer.frame(frame)?;
-        let mut recorded = self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner);
-        recorded.frames += u64::from(is_in_file);
-        Ok(())
-    }
-
-    fn lost(&self) -> Losses {
-        let (entries, events) = match &self.source {
-            Source::Handler { log, events } => (log.lost(), events.lost()),
-            Source::Feed { lost, .. } => (lost.load(Ordering::Relaxed), 0),
-            Source::History(follow) => (follow.lost(), 0),
-        };
-        let frames = self.state.lost_frames.load(Ordering::Relaxed);
-        Losses { entries, events, frames }
-    }
-}
-
-/// An entry of a source.
-#[allow(clippy::large_enum_variant, reason = "as in the log, so that none of them allocates")]
-enum Entry {
-    Logged(LogEntry),
-    Fed(FedEntry),
-    /// What may be from before.
-    Kept(FedEntry),
-}
-
-impl Source {
-    fn waiting(&self) -> usize {
-        match self {
-            Self::Handler { log, .. } => log.receiver().len(),
-            Self::Feed { entries, .. } => entries.len(),
-            Self::History(follow) => follow.waiting(),
-        }
-    }
-
-    /// What a history knows its follower by.
-    fn follows(&self) -> Option<Arc<()>> {
-        match self {
-            Self::Handler { .. } | Self::Feed { .. } => None,
-            Self::History(follow) => Some(follow.is_there()),
-        }
-    }
-
-    /// Since when there is something of a transfer that runs already, and what has happened to it.
-    fn within(&self) -> Option<(Instant, UnderWay)> {
-        match self {
-            Self::Handler { .. } | Self::Feed { .. } => None,
-            Self::History(follow) => Some((follow.since(), follow.under_way().clone())),
-        }
-    }
-
-    fn next(&mut self) -> Result<Entry, TryRecvError> {
-        match self {
-            Self::Handler { log, .. } => log.try_recv().map(Entry::Logged),
-            Self::Feed { entries, .. } => entries.try_recv().map(Entry::Fed),
-            Self::History(follow) => follow.next().map(Entry::Kept),
-        }
-    }
-
-    /// The next event of a response. Of a history it is an entry; a feed has none.
-    fn next_event(&self) -> Option<TimedEvent> {
-        match self {
-            Self::Handler { events, .. } => events.try_recv().ok(),
-            Self::Feed { .. } | Self::History(_) => None,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn pictures_that_wait_for_the_disk_have_a_bound_in_bytes() {
-        let (sender, waiting) = bounded(FRAMES);
-        let sink = FrameSink { sender, state: Arc::default() };
-        let frame = CameraFrame::new(vec![0; FRAME_BYTES / 4]);
-        for _ in 0..10 {
-            sink.record(&frame);
-        }
-        assert_eq!((waiting.len(), sink.state.recorded().lost_frames), (4, 6));
-    }
+    use crate::worker::LOOK;
 
     #[test]
     fn a_feed_has_room_for_as_many_cycles_as_a_log() {
@@ -906,18 +392,18 @@ mod tests {
         // Without a reader it can't even be opened.
         nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
         let (_feed, entries, lost) = Feed::channel(1);
-        let source = Source::Feed { entries, lost: Arc::clone(&lost) };
+        let origin = Origin::Feed { entries, lost: Arc::clone(&lost) };
         let error =
-            Recorder::record(pipe.clone(), None, source, Duration::from_millis(20)).unwrap_err();
+            Recorder::record(pipe.clone(), None, origin, Duration::from_millis(20)).unwrap_err();
         // Its thread waits on, without what comes in: the feed and this test have the rest.
         assert_eq!(Arc::strong_count(&lost), 2);
         assert!(format!("{error:#}").contains("has not taken the beginning"), "{error}");
 
         // A history knows of it until the disk goes on.
         let mut history = crate::History::new(Duration::from_secs(1), 1000);
-        let source = Source::History(history.follow());
+        let origin = Origin::History(history.follow());
         let limit = Duration::from_millis(20);
-        assert!(Recorder::record(pipe.clone(), None, source, limit).is_err());
+        assert!(Recorder::record(pipe.clone(), None, origin, limit).is_err());
         history.unfollow();
         assert!(history.is_followed());
         let _reader = std::fs::File::options().read(true).write(true).open(pipe).unwrap();
@@ -931,7 +417,9 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn a_file_that_takes_nothing_gets_no_new_name_later() {
-        use ft_transfer_area::FishX1Transfer;
+        use ft_transfer_area::{FishX1Transfer, LoggedCycle};
+
+        use crate::Transfer;
 
         let folder = tempfile::tempdir().unwrap();
         let [pipe, path] = ["pipe", "run.mcap"].map(|name| folder.path().join(name));
@@ -975,16 +463,6 @@ mod tests {
         assert!(totals.cycles < 20 && totals.cycles + totals.lost >= 20, "{totals:?}");
         reads.join().unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"the old one");
-    }
-
-    #[test]
-    fn only_so_many_recordings_wait_for_files_that_take_nothing() {
-        static COUNT: AtomicUsize = AtomicUsize::new(0);
-        let all: Vec<_> = (0..BEGINNINGS).map(|_| Beginning::new(&COUNT).unwrap()).collect();
-        let error = Beginning::new(&COUNT).err().unwrap();
-        assert!(format!("{error:#}").contains("64 earlier recordings still wait"), "{error:#}");
-        drop(all);
-        assert!(Beginning::new(&COUNT).is_ok(), "they have begun");
     }
 
     #[test]
