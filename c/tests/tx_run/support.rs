@@ -2,6 +2,10 @@
 
 use std::fs;
 use std::io::Read;
+#[cfg(unix)]
+use std::net::SocketAddr;
+#[cfg(unix)]
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU16, Ordering};
@@ -72,6 +76,43 @@ pub(crate) fn has_ended(process: i32) -> bool {
         // SAFETY: a call without pointers, which sends nothing.
         Err(_) => unsafe { libc::kill(process, 0) != 0 },
     }
+}
+
+/// Whether the motor of the programs for a PC turns.
+#[cfg(unix)]
+pub(crate) fn turns(machine: &Machine) -> bool {
+    machine.controllers[0].outputs.duty[0] == 300
+}
+
+/// As a shell does, which suspends all of it.
+#[cfg(unix)]
+pub(crate) fn run_in_group(controller: SocketAddr, name: &str, flags: &str) -> Run {
+    let mut command = tx_run(&["--host", &controller.to_string()]);
+    Run::start(command.arg(program(name)).env("CFLAGS", flags).process_group(0))
+}
+
+/// The number of the program that `tx_run` has started.
+#[cfg(target_os = "linux")]
+pub(crate) fn program_of(run: &Run) -> String {
+    let children = format!("/proc/{0}/task/{0}/children", run.id());
+    fs::read_to_string(children).unwrap().trim().to_owned()
+}
+
+#[cfg(target_os = "linux")]
+pub(crate) fn send(signal: &str, process: &str) {
+    assert!(Command::new("kill").args(["-s", signal, process]).status().unwrap().success());
+}
+
+#[cfg(target_os = "linux")]
+pub(crate) fn is_suspended(process: &str) -> bool {
+    fs::read_to_string(format!("/proc/{process}/stat")).unwrap().contains(") T ")
+}
+
+/// Runs these files, the names of which are relative to the folder in which `tx_run` is started.
+pub(crate) fn run_files(files: &[(&str, &str)], arguments: &[&str]) -> Ended {
+    let folder = tempfile::tempdir().unwrap();
+    files.iter().for_each(|(name, text)| write(folder.path(), name, text));
+    Run::start(tx_run(arguments).current_dir(folder.path())).end()
 }
 
 /// Writes a file, and makes the folders for it.
