@@ -11,7 +11,7 @@ use ft_transfer_area::{Error, Event, Events, FishX1Transfer, TimeLimits, Transfe
 
 use super::relay::{Relay, Setup};
 use super::report::{Stage, TOLD};
-use crate::commands::stop_absent;
+use crate::commands::{stop_absent, Reconfigured};
 use crate::guardian::Guardian;
 
 /// How long a response may take before the broker is checked without one.
@@ -40,6 +40,7 @@ pub(crate) struct Machine<'a> {
     stop: &'a AtomicBool,
     /// The connection was lost and is not made again.
     is_cut: bool,
+    reconfigured: Reconfigured,
     /// Events that the library or the broker had no room for.
     lost: u64,
     told_lost: u64,
@@ -88,6 +89,7 @@ impl<'a> Machine<'a> {
             relay: relay()?,
             stop,
             is_cut: false,
+            reconfigured: Reconfigured::default(),
             lost: 0,
             told_lost: 0,
             have_turned: Default::default(),
@@ -147,10 +149,13 @@ impl<'a> Machine<'a> {
                     stop_absent(&mut areas);
                     // What came while the controller was away is too late.
                     let open = !self.relay.is(Stage::Gap);
-                    self.relay.read(open.then_some(&mut *areas))?;
+                    let cycle = areas.cycle();
+                    self.reconfigured.change(&mut areas, cycle, |areas| {
+                        self.relay.read(open.then_some(areas))
+                    })?;
                     copy.clear();
                     copy.extend_from_slice(&areas);
-                    areas.cycle()
+                    cycle
                 }
                 Err(Error::WaitTimedOut { .. }) => {
                     if self.relay.is(Stage::Gap) {
@@ -185,6 +190,7 @@ impl<'a> Machine<'a> {
             let name = self.handler.device_name();
             // It may be another controller, also of the same name.
             self.have_turned = Default::default();
+            self.reconfigured = Reconfigured::default();
             self.relay.online(name, firmware);
         }
         for (turned, area) in self.have_turned.iter_mut().zip(areas) {
@@ -196,7 +202,7 @@ impl<'a> Machine<'a> {
             }
         }
         self.publish_events();
-        self.relay.publish_areas(areas, cycle);
+        self.relay.publish_areas(areas, &self.reconfigured, cycle);
         let lost = self.lost + self.events.lost();
         if lost > self.told_lost {
             self.relay.publish_lost(lost - self.told_lost);

@@ -15,7 +15,7 @@ use super::payload::short;
 use super::report::{json, say, Complaint, Master, PublishedEvent, Stage, State};
 use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
 use super::values::{Noise, Values};
-use crate::commands::stop_all;
+use crate::commands::{stop_all, Reconfigured};
 use crate::lines::{Changes, Rarely, Repeated};
 
 /// How long the last messages may take to the broker.
@@ -352,10 +352,15 @@ impl Relay {
     }
 
     /// Tells the values that have changed, of areas that show this response.
-    pub(crate) fn publish_areas(&mut self, areas: &[FishX1Transfer], cycle: u64) {
+    pub(crate) fn publish_areas(
+        &mut self,
+        areas: &[FishX1Transfer],
+        reconfigured: &Reconfigured,
+        cycle: u64,
+    ) {
         let Some(publisher) = &self.publisher else { return };
         let send = |topic: &str, payload: String| publisher.send(topic, true, payload);
-        self.values.publish(areas, cycle, Instant::now(), send);
+        self.values.publish(areas, reconfigured, cycle, Instant::now(), send);
     }
 
     /// Tells what a response has shown; `false` when the broker is too slow for it.

@@ -8,7 +8,7 @@ use ft_transfer_area::FishX1Transfer;
 
 use super::topics::Topics;
 use super::value::{values_of, Read, Value};
-use crate::commands::is_connected;
+use crate::commands::{is_connected, Reconfigured};
 
 /// Which changes of measured values are published.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +33,8 @@ pub(crate) struct Values {
 /// One value, and what was published about it last.
 struct Tracked {
     area: usize,
+    /// The input that it is of.
+    input: Option<Input>,
     topic: String,
     read: Read,
     /// `None` before the first message of a connection to the broker.
@@ -45,6 +47,7 @@ impl Values {
     pub(crate) fn new(topics: &Topics, noise: Noise) -> Self {
         let reported = |area: usize, tail: &str, read: Read| Tracked {
             area,
+            input: Input::ALL.into_iter().find(|input| is_of(tail, *input)),
             topic: topics.of(tail),
             read,
             last: None,
@@ -76,17 +79,21 @@ impl Values {
     /// keeps. What `send` does not take is tried again the next time.
     ///
     /// `cycle` is the number of the response that the areas show. The events that came before this call are
-    /// to be published before: they know the changes between two calls, and may be newer than the areas.
+    /// to be published before: they know the changes between two calls, and may be newer than the areas. An input that
+    /// was configured anew has to be measured first.
     pub(crate) fn publish(
         &mut self,
         areas: &[FishX1Transfer],
+        reconfigured: &Reconfigured,
         cycle: u64,
         now: Instant,
         mut send: impl FnMut(&str, String) -> bool,
     ) {
         let mut removals = 0;
         for reported in &mut self.values {
-            if cycle < reported.newest {
+            let is_held =
+                reported.input.is_some_and(|input| reconfigured.has(reported.area, input));
+            if cycle < reported.newest || is_held {
                 continue;
             }
             let area = areas.get(reported.area).filter(|_| is_connected(areas, reported.area));
@@ -125,6 +132,12 @@ impl Values {
             Some((last, _)) => last == value || reported.publish(value, Instant::now(), &mut send),
         }
     }
+}
+
+/// Whether a value is an input's, by what follows the controller's name in its topic.
+fn is_of(tail: &str, input: Input) -> bool {
+    let name = input.to_string();
+    tail.split('/').any(|part| part == name)
 }
 
 impl Tracked {
@@ -175,7 +188,8 @@ mod tests {
     /// What is published about this area at this time, in ms.
     fn reported(values: &mut Values, area: FishX1Transfer, begin: Instant, ms: u64) -> Vec<String> {
         let mut reported = Vec::new();
-        values.publish(&[area], 1, begin + Duration::from_millis(ms), |topic, payload| {
+        let now = begin + Duration::from_millis(ms);
+        values.publish(&[area], &Reconfigured::default(), 1, now, |topic, payload| {
             reported.push(format!("{topic} {payload}"));
             true
         });
@@ -236,7 +250,7 @@ mod tests {
         let (mut values, begin) = (values(), Instant::now());
         let area = FishX1Transfer::default();
         let mut room = 3;
-        values.publish(&[area], 1, begin, |_, _| {
+        values.publish(&[area], &Reconfigured::default(), 1, begin, |_, _| {
             room -= 1;
             room >= 0
         });
@@ -261,7 +275,7 @@ mod tests {
         }
         let mut area = FishX1Transfer::default();
         area.input.uni[0] = now;
-        values.publish(&[area], cycle, Instant::now(), send);
+        values.publish(&[area], &Reconfigured::default(), cycle, Instant::now(), send);
         reported
     }
 
@@ -283,6 +297,39 @@ mod tests {
             [line(1), line(0)]
         );
         assert_eq!(published_with_events(values, &[], 8, 0), [""; 0]);
+    }
+
+    #[test]
+    fn an_input_that_is_configured_anew_is_measured_first() {
+        let (mut values, mut reconfigured) = (values(), Reconfigured::default());
+        let (begin, mut areas) = (Instant::now(), [FishX1Transfer::default()]);
+        areas[0].input.uni[2] = 1;
+        all_reported(&mut values, areas[0], begin);
+        reconfigured.change(&mut areas, 1, |areas| {
+            areas[0].set_ft_uni_config(Input::I3, InputMode::Ultrasonic, false);
+        });
+        let mut reported = |areas: &_, cycle: u64, reconfigured: &_| {
+            let mut reported = Vec::new();
+            let now = begin + Duration::from_secs(cycle);
+            values.publish(areas, reconfigured, cycle, now, |topic, payload| {
+                reported.push(format!("{topic} {payload}"));
+                true
+            });
+            reported
+        };
+        assert_eq!(reported(&areas, 1, &reconfigured), [""; 0], "the area has a 0");
+        for (cycle, value) in [(2, 5000), (3, 40)] {
+            areas[0].input.uni[2] = value;
+            reconfigured.change(&mut areas, cycle, |_| {});
+            let expected: &[&str] = match cycle {
+                2 => &[],
+                _ => &[
+                    r#"ft/press/I3 {"value":40,"unit":"cm","over_range":false}"#,
+                    r#"ft/press/I3/config {"mode":"ultrasonic","digital":false}"#,
+                ],
+            };
+            assert_eq!(reported(&areas, cycle, &reconfigured), expected);
+        }
     }
 
     #[test]

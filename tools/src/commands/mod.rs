@@ -1,6 +1,7 @@
 //! The commands for one area, from a page or from the master of a broker.
 
 pub(crate) mod names;
+mod reconfigured;
 mod sentence;
 #[cfg(test)]
 mod tests;
@@ -12,6 +13,7 @@ use ft_transfer_area::tx::{
 use ft_transfer_area::FishX1Transfer;
 use serde::Serialize;
 
+pub(crate) use self::reconfigured::Reconfigured;
 pub(crate) use self::sentence::sentence;
 
 /// A command for one area. Its numbers are checked when it is applied.

@@ -1,5 +1,6 @@
 //! The thread of one controller: keeps the connection, carries out commands, publishes the state.
 
+use std::mem;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::Arc;
 use std::thread;
@@ -18,7 +19,7 @@ use super::problem::{Problem, REPLACED};
 use super::request::I2cRequest;
 use super::state::{self, HostState, Link, Newest, Phase, STATE_PERIOD};
 use super::world::Simulated;
-use crate::commands::{absent, is_connected, stop_absent, stop_all, Command};
+use crate::commands::{absent, is_connected, stop_absent, stop_all, Command, Reconfigured};
 use crate::recording::on_demand::Button;
 
 /// How long to wait for a response before looking after everything else.
@@ -69,6 +70,7 @@ pub(super) struct Worker {
     driven: Option<String>,
     histogram: Histogram,
     next_state: Instant,
+    reconfigured: Reconfigured,
     /// The connection was lost and is not made again, so outputs may be on.
     is_cut: bool,
 }
@@ -90,10 +92,11 @@ impl Worker {
             driven: None,
             histogram: Histogram::default(),
             next_state: Instant::now(),
+            reconfigured: Reconfigured::default(),
             is_cut: false,
         };
         // A page that comes before the first response sees a whole state, too.
-        worker.publish(&worker.controller.handler.areas().lock());
+        worker.publish_now();
         worker
     }
 
@@ -144,16 +147,19 @@ impl Worker {
             self.error = self.replaced();
             self.phase = Phase::Running;
             self.is_cut = false;
+            self.reconfigured = Reconfigured::default();
             self.controller.running.store(true, Ordering::Relaxed);
         }
         stop_absent(&mut areas);
         self.obey(&mut areas);
-        self.carry_out(&mut areas);
+        let (cycle, mut reconfigured) = (areas.cycle(), mem::take(&mut self.reconfigured));
+        reconfigured.change(&mut areas, cycle, |areas| self.carry_out(areas));
+        self.reconfigured = reconfigured;
         let copy = self.is_due().then(|| areas.to_vec());
         // The request goes out before the state is written.
         drop(areas);
         if let Some(areas) = copy {
-            self.publish(&areas);
+            self.publish(areas);
         }
         Ok(())
     }
@@ -207,7 +213,7 @@ impl Worker {
         (self.phase, self.error) = (phase, Some(error.into()));
         self.histogram.interrupt();
         self.refuse_orders();
-        self.publish(&self.controller.handler.areas().lock());
+        self.publish_now();
     }
 
     /// What was ordered for the connection before, or without one, moves nothing on the next one. Another controller may
@@ -225,7 +231,7 @@ impl Worker {
             self.refuse_orders();
         }
         if self.is_due() {
-            self.publish(&self.controller.handler.areas().lock());
+            self.publish_now();
         }
     }
 
@@ -248,7 +254,13 @@ impl Worker {
         true
     }
 
-    fn publish(&self, areas: &[FishX1Transfer]) {
+    fn publish_now(&self) {
+        let areas = self.controller.handler.areas().lock().to_vec();
+        self.publish(areas);
+    }
+
+    fn publish(&self, mut areas: Vec<FishX1Transfer>) {
+        self.reconfigured.show_before(&mut areas);
         let handler = &self.controller.handler;
         let statistics = handler.areas().statistics();
         let state = HostState {
@@ -264,7 +276,7 @@ impl Worker {
                 late: statistics.late_reactions,
                 gaps: statistics.gaps,
             },
-            areas: state::areas(areas, self.phase == Phase::Running),
+            areas: state::areas(&areas, self.phase == Phase::Running),
             world: self.controller.simulated.as_ref().and_then(|simulated| simulated.report()),
             camera: self.controller.camera.state(),
             i2c: self.phase == Phase::Running,
