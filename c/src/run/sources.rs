@@ -69,6 +69,11 @@ impl OwnFile {
     /// on in the next line, or questions for files, such as `__has_include`.
     pub(crate) fn may_have_more_includes(&self) -> bool {
         let text = String::from_utf8_lossy(&self.text);
+        // A word may be cut by the end of a line, too.
+        let text: String = text
+            .split_inclusive('\n')
+            .map(|line| line.trim_end().strip_suffix('\\').unwrap_or(line))
+            .collect();
         let words = ["include", "import", "embed"].map(|word| text.matches(word).count());
         words.iter().sum::<usize>() > self.includes.len()
     }

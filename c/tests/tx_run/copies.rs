@@ -154,6 +154,7 @@ fn what_the_text_of_a_copy_does_not_show_is_what_the_compiler_finds() {
         "#import \"val.h\"",
         "%:include \"val.h\"",
         "#include \\\n\"val.h\"",
+        "#inc\\\nlude \"val.h\"",
         "#define MSG HDR\"(\"\n#include \"val.h\"",
         "#define N \"../src/val.h\"\n#include N",
     ] {
