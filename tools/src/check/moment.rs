@@ -58,6 +58,10 @@ impl Moment {
         self.duty(output) > 0
     }
 
+    pub(super) fn all_off(&self) -> bool {
+        self.duty == [0; 8]
+    }
+
     /// The power of a motor, -512 to 512.
     pub(super) fn motor(&self, motor: Motor) -> i16 {
         let [first, second] = motor.outputs();

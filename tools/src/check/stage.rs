@@ -447,7 +447,7 @@ fn lost(error: std::io::Error) -> Wrong {
 mod tests {
     use std::thread;
 
-    use ft_transfer_area::TransferAreaComHandler;
+    use ft_transfer_area::{TimeLimits, TransferAreaComHandler};
     use ft_transfer_area_simulator::world::Board;
 
     use super::*;
@@ -467,6 +467,21 @@ mod tests {
         Stage::clear_after(&txt, &world).unwrap();
         before.join().unwrap();
         assert_eq!(txt.log.len(), 0);
+    }
+
+    #[test]
+    fn a_stop_of_what_a_program_has_left_is_no_program_to_be_checked() {
+        let world = World::default();
+        let txt = check::simulated_txt(SimulatedTxt::builder(), &world).unwrap();
+        let report = Report::new(None, Names::default());
+        let _stage = Stage::for_guest(txt.clone(), &world, &report, &|| false).unwrap();
+        let address = txt.txt().address();
+        ft_transfer_area::stop_controller(address, TimeLimits::default()).unwrap();
+        assert_eq!(txt.log.len(), 0);
+        let handler = TransferAreaComHandler::builder(address).build().unwrap();
+        handler.begin_transfer().unwrap();
+        let has_begun = |_: &Machine| txt.log.len() > 0;
+        assert!(txt.txt().wait_until(has_begun, START_LIMIT));
     }
 
     #[test]

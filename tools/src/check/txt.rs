@@ -36,6 +36,10 @@ impl Log {
         let mut kept = self.lock();
         if kept.is_on && kept.moments.len() < KEPT {
             let moment = Moment::of(machine, kept.moments.last());
+            // What only stops the controller, as `txt stop`, is not the program that is waited for.
+            if kept.moments.is_empty() && moment.all_off() && !is_configured(machine) {
+                return;
+            }
             kept.moments.push(moment);
             let is_late = |(counter, counts): &(Counter, Range<i16>)| {
                 counts.contains(&moment.count(*counter))
@@ -63,6 +67,11 @@ impl Log {
     pub(super) fn lock(&self) -> MutexGuard<'_, Kept> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// Whether the client has sent a configuration in this session, as programs do.
+fn is_configured(machine: &Machine) -> bool {
+    machine.controllers[0].config_id != 0
 }
 
 /// The simulated TXT of a check.
