@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::tx::Motor;
+use ft_transfer_area::transfer_area::{InputMode, LOCAL_IO};
+use ft_transfer_area::tx::{Input, Motor};
 use ft_transfer_area::{FishX1Transfer, LoggedCycle, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Options, Recorder, Transfer};
 use ft_transfer_area_simulator::world::World;
@@ -100,6 +100,32 @@ fn the_first_cycle_that_differs_is_told_with_both_values() {
     let (status, said) =
         compare([&Plan::default(), &Plan { duty: 400, ..Plan::default() }], &["M2", "I1"]);
     assert_eq!(status, Some(0), "{said}");
+}
+
+#[test]
+fn the_same_number_in_another_unit_differs() {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = ["one.mcap", "other.mcap"].map(|name| in_folder(&folder, name));
+    for (path, mode) in paths.iter().zip([InputMode::Resistance, InputMode::Voltage]) {
+        let (recorder, mut feed) = Recorder::fed(path, Options::default()).unwrap();
+        let mut area = FishX1Transfer::default();
+        area.set_ft_uni_config(Input::I1, mode, false);
+        area.input.uni[0] = 1000;
+        feed.cycle(LoggedCycle::new(1, &[area]));
+        area.set_ft_uni_config(Input::I1, InputMode::Ultrasonic, false);
+        area.input.uni[0] = 30;
+        feed.cycle(LoggedCycle::new(2, &[area]));
+        drop(feed);
+        recorder.finish().unwrap();
+    }
+    let output = run(&["compare", &paths[0], &paths[1], "I1"]);
+    let told = said(&output);
+    assert!(output.status.code() == Some(1) && told.contains("1000 Ω"), "{told}");
+    assert!(told.contains("1000 mV"), "{told}");
+    // A table says so.
+    let told = said(&run(&["csv", &paths[0], "I1"]));
+    assert!(told.contains("s on I1 has cm in place of Ω"), "{told}");
+    assert!(!said(&run(&["csv", &paths[0], "I2"])).contains("in place of"));
 }
 
 #[test]

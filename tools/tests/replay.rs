@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Counter, Direction, Motor};
+use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO};
+use ft_transfer_area::tx::{Counter, Direction, Input, Motor};
 use ft_transfer_area::{
     CameraFrame, CameraOptions, Error, Exchange, FishX1Transfer, LoggedCycle, TimeLimits,
     TransferAreaComHandler, TransferMode, TxtClient,
@@ -162,9 +162,48 @@ fn a_program_that_does_something_else_is_told_where() {
     }
     let (well, said) = replay.end();
     assert!(!well, "{said}");
-    assert!(said.contains("outputs first differed in cycle 1, "), "{said}");
+    assert!(said.contains("It first differed in cycle 1, "), "{said}");
     assert!(said.contains("O1 was 512 and is 400"), "{said}");
     assert!(said.contains("the program did not do the same"), "{said}");
+}
+
+/// The recorded values are those of the recorded modes.
+#[test]
+fn a_program_that_configures_an_input_otherwise_is_told_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    // The mode changes while it runs, and again.
+    let modes = [InputMode::Ultrasonic, InputMode::Voltage, InputMode::Ultrasonic];
+    let run = |port: u16, modes: [InputMode; 3], recorded: Option<&str>| {
+        let handler = handler(port);
+        let recorder = recorded.map(|path| Recorder::start(&handler, path, Options::default()));
+        for (index, mode) in modes.into_iter().enumerate() {
+            handler.areas().lock()[LOCAL_IO].set_ft_uni_config(Input::I4, mode, false);
+            if index == 0 {
+                handler.begin_transfer().unwrap();
+            }
+            for _ in 0..10 {
+                drop(handler.areas().wait_cycle().unwrap());
+            }
+        }
+        handler.end_transfer().unwrap();
+        if let Some(recorder) = recorder {
+            recorder.unwrap().finish().unwrap();
+        }
+    };
+    let txt = SimulatedTxt::builder().lock_step().device_name("SLIDE").start().unwrap();
+    run(txt.port(), modes, Some(&path));
+    drop(txt);
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    run(replay.port, modes, None);
+    let (well, said) = replay.end();
+    assert!(well && said.contains("It did the same."), "{said}");
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    let others = [InputMode::Ultrasonic, InputMode::Resistance, InputMode::Ultrasonic];
+    run(replay.port, others, None);
+    let (well, said) = replay.end();
+    let told = "I4 was for voltage and is for resistance";
+    assert!(!well && said.contains(told), "{said}");
 }
 
 #[test]

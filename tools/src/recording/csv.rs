@@ -3,10 +3,11 @@
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::Context;
+use ft_transfer_area::FishX1Transfer;
 use ft_transfer_area_recorder::{Column, Recorded, Recording};
 
 use super::answering::Change;
@@ -17,6 +18,7 @@ use super::part::Part;
 use super::survey::{progress, Survey};
 use super::whole::say_what_is_missing;
 use crate::names::{self, Names};
+use crate::print;
 
 const AFTER_HELP: &str = "\
 One line for each cycle: the time in seconds since the beginning, the number of the cycle, and the
@@ -95,6 +97,44 @@ impl From<csv::Error> for Failure {
     }
 }
 
+/// Notes that an input does not measure the same in all lines.
+#[derive(Default)]
+struct Units {
+    /// Of each column, in the last line that has a value.
+    now: Vec<Option<&'static str>>,
+    /// The first change.
+    first: Option<String>,
+}
+
+impl Units {
+    fn take(&mut self, columns: &[Column], areas: &[FishX1Transfer], at: Duration) {
+        self.now.resize(columns.len(), None);
+        for (column, now) in columns.iter().zip(&mut self.now) {
+            if column.input().is_none() || column.value(areas).is_none() {
+                continue;
+            }
+            let unit = match column.unit(areas) {
+                "" => "0 or 1",
+                unit => unit,
+            };
+            let before = now.replace(unit).filter(|before| *before != unit);
+            if let Some(before) = before {
+                let at = at.as_secs_f64();
+                let change =
+                    || format!("from {at:.2} s on {column} has {unit} in place of {before}");
+                self.first.get_or_insert_with(change);
+            }
+        }
+    }
+
+    /// Says it on stderr.
+    fn say(&self, file: &Path) {
+        if let Some(first) = &self.first {
+            eprintln!("{}", print::clean(&format!("{}: {first}", file.display())));
+        }
+    }
+}
+
 /// What is written.
 struct Table {
     columns: Vec<Column>,
@@ -113,7 +153,7 @@ impl Table {
         table.write_record(heads.chain(["local_time".to_owned()]))?;
         let clock = Clock::of(recording.started());
         let progress = progress("writes");
-        let mut change = Change::default();
+        let (mut change, mut units) = (Change::default(), Units::default());
         for entry in recording.by_ref() {
             let entry = entry.map_err(Failure::Read)?;
             let cycle = match entry.what {
@@ -131,6 +171,7 @@ impl Table {
                 continue;
             }
             progress.inc(1);
+            units.take(&self.columns, &cycle.areas, entry.at);
             let head = [format!("{:.6}", entry.at.as_secs_f64()), cycle.number.to_string()];
             // An area that the handler did not have, or of an extension that was not there, is empty.
             let text = |value: Option<i32>| value.map_or(String::new(), |value| value.to_string());
@@ -140,6 +181,7 @@ impl Table {
         }
         progress.finish_and_clear();
         change.say(&self.file);
+        units.say(&self.file);
         table.flush().map_err(Failure::Write)?;
         Ok(recording)
     }

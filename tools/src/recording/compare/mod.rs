@@ -157,8 +157,8 @@ fn differing(
 ) -> Vec<(String, [String; 2])> {
     let cycles = steps.map(|step| &step.cycle);
     if !terminals.is_empty() {
-        let values = |column: &Column| cycles.map(|cycle| column.value(&cycle.areas));
-        let texts = terminals.iter().map(|one| (names.beside(one), values(one).map(text)));
+        let values = |column: &Column| cycles.map(|cycle| with_unit(column, cycle));
+        let texts = terminals.iter().map(|one| (names.beside(one), values(one)));
         return texts.filter(|(_, [first, second])| first != second).collect();
     }
     let mut found = Vec::new();
@@ -206,6 +206,16 @@ fn changed(times: i32) -> String {
         0 => "unchanged".to_owned(),
         1 => "changed once".to_owned(),
         _ => format!("changed {times} times"),
+    }
+}
+
+/// A number of an input says nothing without what it measures.
+fn with_unit(column: &Column, cycle: &Cycle) -> String {
+    let value = column.value(&cycle.areas);
+    let unit = column.unit(&cycle.areas);
+    match column.input() {
+        Some(_) if value.is_some() && !unit.is_empty() => format!("{} {unit}", text(value)),
+        _ => text(value),
     }
 }
 

@@ -2,10 +2,13 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::transfer_area::{IrInput, OutputValues, IZ_COUNTER, IZ_MOTOR};
-use ft_transfer_area::tx::{Counter, Motor, Output};
-use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
+use ft_transfer_area::transfer_area::{
+    InputMode, IrInput, OutputValues, UniConfig, IZ_COUNTER, IZ_MOTOR,
+};
+use ft_transfer_area::tx::{Counter, Input, Motor, Output};
+use ft_transfer_area::wire::{ExchangeDataResponse, IrRemote};
 use ft_transfer_area::FishX1Transfer;
+use ft_transfer_area_simulator::Controller;
 
 use super::ids::Commands;
 
@@ -26,18 +29,27 @@ pub(super) struct Difference {
 }
 
 impl Terminals {
-    /// Compares the outputs of a recorded request with those of the program's; returns the first difference.
+    /// Compares a recorded request, and how its inputs were configured, with the program's; returns the first difference.
     pub(super) fn compare(
         &mut self,
         recorded: &FishX1Transfer,
-        given: &ExchangeData,
+        controller: &Controller,
     ) -> Option<String> {
+        let given = &controller.outputs;
         let mut found = None;
         let mut note = |differs: bool, what: &dyn Fn() -> String| {
             if differs && found.is_none() {
                 found = Some(what());
             }
         };
+        for input in Input::ALL {
+            let [was, is] = [&recorded.config, &controller.config]
+                .map(|config| config.uni[input.index()])
+                .map(measures);
+            // A client that has configured nothing reads what it gets.
+            let differs = controller.config_id != 0 && was != is;
+            note(differs, &|| format!("{input} was for {was} and is for {is}"));
+        }
         let output = &recorded.output;
         // A client of another kind may send any number.
         let sent = OutputValues { duty: given.duty.into(), ..OutputValues::default() }.sent_duty();
@@ -87,6 +99,15 @@ impl Terminals {
             *id = commands.report(*id);
         }
         report
+    }
+}
+
+/// What an input is configured for.
+fn measures(config: UniConfig) -> String {
+    let mode = config.input_mode().map_or("an unknown mode", InputMode::name);
+    match config.is_digital() {
+        true => format!("{mode}, digital"),
+        false => mode.to_owned(),
     }
 }
 

@@ -413,7 +413,7 @@ impl Player {
             let before = index.checked_sub(1).map(|extension| machine.alive[extension]);
             let Some(controller) = machine.controllers.get_mut(index) else { break };
             if before.is_none_or(|alive| alive && !cycle.first) {
-                let differs = terminals.compare(area, &controller.outputs);
+                let differs = terminals.compare(area, controller);
                 let name = if index == 0 { String::new() } else { format!("E{index}: ") };
                 what = what.or_else(|| differs.map(|differs| format!("{name}{differs}")));
                 stops &= controller.outputs.duty.iter().all(|duty| *duty == 0);
