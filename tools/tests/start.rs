@@ -113,6 +113,20 @@ fn what_ends_is_not_opened_again() {
     assert!(!is_served(&first) && is_served(&second));
 }
 
+/// It may be the one that their page has gone to.
+#[test]
+fn another_lesson_is_chosen_on_the_page_of_the_lessons() {
+    let start = Start::at(REFUSES);
+    // Without a free port the command says so.
+    let (status, text) = ask(&start.url, "POST", "/open?kind=lesson&name=1");
+    if status != 200 {
+        assert!(text.contains("port 65000"), "{text}");
+        return;
+    }
+    let (status, text) = ask(&start.url, "POST", "/open?kind=lesson&name=4");
+    assert!(status == 409 && text.contains("choose one on their page"), "{status}: {text}");
+}
+
 /// As when somebody clicks and loads the page again.
 #[test]
 fn what_nobody_waits_for_any_more_runs_once_too() {

@@ -68,6 +68,8 @@ pub(crate) struct Relay {
     changes: Changes,
     /// Whether the motors were stopped because a command was too old, and this was not published yet.
     too_late: bool,
+    /// Whether the broker has all values of the controller that answers.
+    has_told_all: bool,
     due: Due,
 }
 
@@ -109,6 +111,7 @@ impl Relay {
             stops: Repeated::default(),
             changes: Changes::default(),
             too_late: false,
+            has_told_all: false,
             due: Due::default(),
         }
     }
@@ -135,6 +138,7 @@ impl Relay {
     /// The controller answers.
     pub(crate) fn online(&mut self, device: Option<String>, firmware: Option<String>) {
         self.values.begin();
+        self.has_told_all = false;
         self.state.device = device;
         self.state.firmware = firmware;
         self.enter(Stage::Online, None);
@@ -155,7 +159,8 @@ impl Relay {
     }
 
     fn publish_due(&mut self) {
-        if self.due.state {
+        // Who reads `online` takes the values that the broker has for those of now.
+        if self.due.state && (self.has_told_all || !self.is(Stage::Online)) {
             self.due.state = !self.publish(STATE, true, json(&self.state));
         }
         if self.due.master {
@@ -241,6 +246,7 @@ impl Relay {
         self.printed = None;
         self.say_changed("connected to the broker");
         self.values.forget();
+        self.has_told_all = false;
         self.due = Due { state: true, master: true };
         self.publish_due();
         if let Some(reason) = self.untold.take() {
@@ -320,6 +326,7 @@ impl Relay {
             if !message.retained {
                 self.due.state = true;
                 if is_other {
+                    self.has_told_all = false;
                     self.values.forget();
                 }
             }
@@ -360,7 +367,8 @@ impl Relay {
     ) {
         let Some(publisher) = &self.publisher else { return };
         let send = |topic: &str, payload: String| publisher.send(topic, true, payload);
-        self.values.publish(areas, reconfigured, cycle, Instant::now(), send);
+        self.has_told_all |= self.values.publish(areas, reconfigured, cycle, Instant::now(), send);
+        self.publish_due();
     }
 
     /// Tells what a response has shown; `false` when the broker is too slow for it.

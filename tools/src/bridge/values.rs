@@ -41,6 +41,8 @@ struct Tracked {
     last: Option<(Option<Value>, Instant)>,
     /// The newest response that an event about it came from.
     newest: u64,
+    /// Whether it was looked at since the controller answers. What was published before may be another one's.
+    is_new: bool,
 }
 
 impl Values {
@@ -52,6 +54,7 @@ impl Values {
             read,
             last: None,
             newest: 0,
+            is_new: true,
         };
         let values = (0..MAX_AREAS)
             .flat_map(|area| {
@@ -61,10 +64,10 @@ impl Values {
         Self { values, noise }
     }
 
-    /// A transfer begins, and counts its responses from the beginning.
+    /// A controller answers, perhaps another one than before, and its responses are counted from the beginning.
     pub(crate) fn begin(&mut self) {
         for reported in &mut self.values {
-            reported.newest = 0;
+            (reported.newest, reported.is_new) = (0, true);
         }
     }
 
@@ -81,6 +84,8 @@ impl Values {
     /// `cycle` is the number of the response that the areas show. The events that came before this call are
     /// to be published before: they know the changes between two calls, and may be newer than the areas. An input that
     /// was configured anew has to be measured first.
+    ///
+    /// Returns whether all that is published now is of these areas.
     pub(crate) fn publish(
         &mut self,
         areas: &[FishX1Transfer],
@@ -88,7 +93,7 @@ impl Values {
         cycle: u64,
         now: Instant,
         mut send: impl FnMut(&str, String) -> bool,
-    ) {
+    ) -> bool {
         let mut removals = 0;
         for reported in &mut self.values {
             let is_held =
@@ -106,9 +111,11 @@ impl Values {
             }
             if reported.is_news(value, now, self.noise) && !reported.publish(value, now, &mut send)
             {
-                return;
+                return false;
             }
+            reported.is_new = false;
         }
+        removals <= REMOVALS
     }
 
     /// Sends a change of a digital input that this response has shown, unless the last message said this.
@@ -148,7 +155,7 @@ impl Tracked {
             return false;
         }
         let (Some(value), Some(last)) = (value, last) else { return true };
-        if value.may_wait() && now.saturating_duration_since(at) < noise.every {
+        if !self.is_new && value.may_wait() && now.saturating_duration_since(at) < noise.every {
             return false;
         }
         value.distance(&last).is_none_or(|distance| distance >= u32::from(noise.deadband))

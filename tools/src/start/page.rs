@@ -169,6 +169,12 @@ async fn open(
         if let Some(one) = start.running().iter().find(same) {
             return Ok(one.url.clone());
         }
+        // Its page may have gone on to any lesson.
+        let is_lesson = |one: &Running| one.is_of(Kind::Lesson) && !one.ends();
+        ensure!(
+            wanted.kind != Kind::Lesson || !start.running().iter().any(is_lesson),
+            "the lessons are open already: choose one on their page, or end them first"
+        );
         ensure!(start.running().len() < MOST, "too much runs already; end some of it");
         let running = Running::start(wanted)?;
         let url = running.url.clone();

@@ -11,7 +11,7 @@ use anyhow::{bail, Context};
 use crossbeam_channel::{bounded, Receiver, RecvTimeoutError};
 use serde_json::{json, Value};
 
-use super::page::Wanted;
+use super::page::{Kind, Wanted};
 use crate::guardian::this_program;
 use crate::{print, WITH_INPUT};
 
@@ -81,6 +81,10 @@ impl Running {
                 self.address = Some(last.to_owned());
             }
         }
+    }
+
+    pub(super) fn is_of(&self, kind: Kind) -> bool {
+        self.wanted.kind == kind
     }
 
     pub(super) fn is(&self, wanted: &Wanted) -> bool {

@@ -312,6 +312,21 @@ impl Listener {
         })
     }
 
+    /// The last payload of this topic before the first one of a state from `from` on that is right.
+    pub(crate) fn before_state(
+        &self,
+        from: usize,
+        state: &str,
+        right: impl Fn(&Value) -> bool,
+        topic: &str,
+    ) -> Option<Value> {
+        let all = self.heard.all.lock().unwrap();
+        let is_it = |(of, payload, _): &(String, Value, bool)| of == state && right(payload);
+        let end = from + all[from..].iter().position(is_it)?;
+        let mut before = all[..end].iter().rev();
+        before.find(|(of, ..)| of == topic).map(|(_, payload, _)| payload.clone())
+    }
+
     /// All payloads of this topic so far.
     pub(crate) fn all(&self, topic: &str) -> Vec<Value> {
         let all = self.heard.all.lock().unwrap();

@@ -9,6 +9,7 @@ use serde_json::{json, Value};
 
 use super::support::{is_state, wait_machine, Bridge, Broker, Listener};
 use crate::names;
+use crate::watch::away::{at_free_ports, started};
 
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
@@ -87,6 +88,40 @@ fn what_an_earlier_bridge_has_left_is_removed() {
     assert_eq!(late.all("ft/belt/O1").len(), 1, "it is of another one");
     assert_eq!(late.all("ft/press/O1"), [Value::Null; 0]);
     assert_eq!(late.all("ft/press/ext1/M2"), [Value::Null; 0]);
+}
+
+/// Who reads `online` takes the values that it has for those of this controller.
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
+#[test]
+fn online_comes_after_all_values_of_the_controller_that_answers() {
+    let Some(broker) = Broker::start() else { return };
+    let listener = Listener::new(&broker);
+    let first = at_free_ports(|port| SimulatedTxt::builder().port(port).extensions(8));
+    let (port, host) = (first.port(), first.address().to_string());
+    first.with_machine(|machine| {
+        machine.controllers[0].uni[0] = 1;
+        machine.controllers[0].mic_lin = 700;
+        machine.controllers[8].uni[7] = 1;
+    });
+    // Measured values would wait for an hour.
+    let arguments = [&*host, "--name", "press", "--extensions", "8", "--every", "3600000"];
+    let bridge = Bridge::start(broker.port, arguments);
+    listener.wait(0, "ft/press/state", is_state("online"));
+    let before = |from, topic: &str| {
+        listener.before_state(from, "ft/press/state", is_state("online"), topic)
+    };
+    assert_eq!(before(0, "ft/press/ext8/I8"), Some(json!({"value": 1})));
+    let from = listener.now();
+    drop(first);
+    listener.wait(from, "ft/press/state", is_state("gap"));
+    let _second = started(|| SimulatedTxt::builder().port(port));
+    listener.wait(from, "ft/press/state", is_state("online"));
+    assert_eq!(before(from, "ft/press/I1"), Some(json!({"value": 0})));
+    assert_eq!(before(from, "ft/press/microphone").unwrap()["linear"], 0);
+    for area in 1..=8 {
+        assert_eq!(before(from, &format!("ft/press/ext{area}/I8")), Some(Value::Null), "{area}");
+    }
+    drop(bridge);
 }
 
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]

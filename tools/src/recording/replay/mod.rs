@@ -31,11 +31,11 @@ const AFTER_HELP: &str = "\
 A simulated TXT whose answer number k has the inputs that were recorded in cycle k, with the pace,
 the lost connections and the wrong answers of the recording. Run the program of the recording
 against it: it decides and ends in the same way. When the program leaves, txt says where its outputs
-or the modes of its inputs first differed; how a client stops the motors before it leaves does not count as a difference. After
-the last cycle the inputs stay as they are. With --from the first answer is the first recorded one
-from then on, and the recorded program does not begin there but goes on. A program that connects or
-goes online again goes on with what the recorded one did then. After the last recorded connection
-the next one begins the recording again.
+or the modes of its inputs first differed; how a client stops the motors before it leaves does not
+count as a difference. After the last cycle the inputs stay as they are. With --from the first
+answer is the first recorded one from then on, and the recorded program does not begin there but
+goes on. A program that connects or goes online again goes on with what the recorded one did then.
+After the last recorded connection the next one begins the recording again.
 
 Example: txt replay run.mcap      then run the program with the host 127.0.0.1";
 

@@ -16,7 +16,7 @@ const WORDS = {
     world: "Machine", drive: "Drive", program: "For my program", lessons: "Lessons",
     "this machine": "this computer", network: "network",
     starting: "Starting …", over: "txt has ended. You can close this page.", noToken: "This address has no token. Open the address that txt prints.",
-    "of-panel": "Panel: {name}", "of-world": "Panel: simulated, {name}", "of-simulate": "Simulated: {name}", "of-lesson": "Lesson {name}",
+    "of-panel": "Panel: {name}", "of-world": "Panel: simulated, {name}", "of-simulate": "Simulated: {name}", "of-lesson": "Lessons, from {name} on",
   },
   de: {
     language: "English", quit: "txt beenden", quitHint: "Beendet alles, was hier gestartet wurde; die Motoren halten an",
@@ -27,7 +27,7 @@ const WORDS = {
     world: "Maschine", drive: "Steuern", program: "Für mein Programm", lessons: "Lektionen",
     "this machine": "dieser Computer", network: "Netz", "Wi-Fi": "WLAN",
     starting: "Startet …", over: "txt ist beendet. Du kannst diese Seite schließen.", noToken: "In dieser Adresse fehlt das Token. Öffne die Adresse, die txt ausgibt.",
-    "of-panel": "Panel: {name}", "of-world": "Panel: simuliert, {name}", "of-simulate": "Simuliert: {name}", "of-lesson": "Lektion {name}",
+    "of-panel": "Panel: {name}", "of-world": "Panel: simuliert, {name}", "of-simulate": "Simuliert: {name}", "of-lesson": "Lektionen, ab {name}",
   },
 };
 
