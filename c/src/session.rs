@@ -208,8 +208,12 @@ impl<A: Area> ProgramSession<A> {
         let handler = &self.shared.handler;
         // The controller has the program's configurations from the first response on.
         self.shared.mirror.lock().put_out_configs(&mut handler.areas().lock());
-        let begun = handler.begin_transfer().and_then(|()| {
-            self.shared.transfers.fetch_add(1, Ordering::AcqRel);
+        // Before it begins: what was asked for in an earlier one is not for the controller that answers now.
+        self.shared.transfers.fetch_add(1, Ordering::AcqRel);
+        let answers = handler.begin_transfer().inspect_err(|_| {
+            self.shared.transfers.fetch_sub(1, Ordering::AcqRel);
+        });
+        let begun = answers.and_then(|()| {
             *self.shared.online.lock() = Some(Online::begin(handler.address(), &self.shared.host));
             self.begin()?;
             self.spawn()

@@ -30,7 +30,7 @@ static BEFORE: OnceLock<libc::termios> = OnceLock::new();
 
 /// Whether the input is a terminal in which this program is in front. One in the background would be stopped for
 /// using it.
-fn is_in_front() -> bool {
+pub(crate) fn is_in_front() -> bool {
     // SAFETY: plain questions to the system.
     unsafe { libc::isatty(INPUT) == 1 && libc::tcgetpgrp(INPUT) == libc::getpgrp() }
 }
@@ -62,9 +62,10 @@ fn single_keys() -> bool {
     true
 }
 
-/// Makes the terminal as it was. Async-signal-safe.
+/// Makes the terminal as it was, unless another program is in front, as a shell, which has made it as it likes.
+/// Async-signal-safe.
 pub(crate) extern "C" fn lines_again() {
-    if let Some(before) = BEFORE.get() {
+    if let Some(before) = BEFORE.get().filter(|_| is_in_front()) {
         // SAFETY: a struct that the system has filled.
         unsafe { libc::tcsetattr(INPUT, libc::TCSANOW, before) };
     }

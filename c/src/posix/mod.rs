@@ -18,6 +18,8 @@ mod text;
 mod threads;
 mod time;
 
+pub(crate) use keyboard::is_in_front;
+
 /// Makes the terminal as it was. Async-signal-safe.
 pub(crate) fn terminal_again() {
     keyboard::lines_again();

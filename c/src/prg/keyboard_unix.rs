@@ -4,7 +4,7 @@ use std::mem::MaybeUninit;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::OnceLock;
 
-use crate::posix::terminal_again;
+use crate::posix::{is_in_front, terminal_again};
 
 /// How it was before, and whether it is different now.
 static BEFORE: OnceLock<libc::termios> = OnceLock::new();
@@ -13,8 +13,7 @@ static CHANGED: AtomicBool = AtomicBool::new(false);
 /// Makes each key available as it is pressed, and not shown. Returns whether that is possible.
 pub(super) fn without_lines() -> bool {
     // A program in the background must leave the terminal alone.
-    // SAFETY: two calls without pointers.
-    if unsafe { libc::tcgetpgrp(libc::STDIN_FILENO) != libc::getpgrp() } {
+    if !is_in_front() {
         return false;
     }
     let mut settings = MaybeUninit::uninit();
@@ -40,7 +39,7 @@ fn set(settings: &libc::termios) {
 pub(super) fn restore() {
     terminal_again();
     if CHANGED.swap(false, Ordering::AcqRel) {
-        if let Some(before) = BEFORE.get() {
+        if let Some(before) = BEFORE.get().filter(|_| is_in_front()) {
             set(before);
         }
     }

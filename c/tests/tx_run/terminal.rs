@@ -19,7 +19,8 @@ fn a_program_that_does_not_put_the_settings_of_the_terminal_back_leaves_them_as_
     if !has_compiler() {
         return;
     }
-    for (flags, status) in [("-DKILLED", 1), ("-DLEFT", 4)] {
+    // One in the background would be suspended for what it does to the terminal.
+    for (flags, status) in [("-DKILLED", 1), ("-DLEFT", 4), ("-DBEHIND", 5)] {
         let mut run = with_keys(flags);
         assert_eq!(run.end("").code(), Some(status), "{flags}");
         assert!(run.has_lines(), "{flags}");

@@ -1,5 +1,5 @@
 /* A PC program that asks for keys, and does not put the terminal's settings back: KILLED and LEFT end it by themselves,
-   otherwise it ignores Ctrl-C. */
+   BEHIND ends it in the background, otherwise it ignores Ctrl-C. */
 #include <signal.h>
 #include <stdio.h>
 #include <unistd.h>
@@ -18,6 +18,10 @@ int main(int argc, char *argv[])
     }
 #ifdef KILLED
     raise(SIGKILL);
+#endif
+#ifdef BEHIND
+    setpgid(0, 0);
+    return 5;
 #endif
 #ifdef LEFT
     _exit(4);
