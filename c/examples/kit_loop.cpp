@@ -32,8 +32,8 @@ int main()
             }
             cycle++;
         }
-        printf("%d cycles, C1 has counted %d pulses\n", cycle, (int) areas[LOCAL_IO].ftX1in.counter[0]);
         handler->EndTransfer();
+        printf("%d cycles, C1 has counted %d pulses\n", cycle, (int) areas[LOCAL_IO].ftX1in.counter[0]);
     } else {
         printf("the controller does not answer\n");
     }

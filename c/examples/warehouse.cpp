@@ -310,9 +310,12 @@ static void begin_homing(void)
     mode = FORK_HOMES;
 }
 
+// Printing may take long, so main does it when the motors are off.
+static const char *stopped_by = NULL;
+
 static void stop_all(const char *reason)
 {
-    printf("stopped: %s, in step \"%s\"\n", reason, step < STEP_COUNT ? STEPS[step].text : "homing");
+    stopped_by = reason;
     axis_stop(&horizontal);
     axis_stop(&vertical);
     set_motor(FORK, 0);
@@ -464,6 +467,10 @@ int main(int argc, char **argv)
         if (!handler.DoTransferCompressed()) {
             fprintf(stderr, "the connection is lost\n");
             return 1;
+        }
+        if (stopped_by != NULL) {
+            printf("stopped: %s, in step \"%s\"\n", stopped_by, step < STEP_COUNT ? STEPS[step].text : "homing");
+            stopped_by = NULL;
         }
         tick();
     }

@@ -30,6 +30,9 @@ const CALLBACK_LIMIT: Duration = Duration::from_millis(500);
 /// How long the end of a transfer waits for a callback that does not return.
 const END_LIMIT: Duration = Duration::from_secs(2);
 
+/// How long one thread waits for another one that ends the same transfer, when all outputs are off.
+const NOTE_LIMIT: Duration = Duration::from_millis(100);
+
 /// `TA_STATUS_STOP`.
 pub(crate) const STATUS_STOP: u8 = 0;
 /// `TA_STATUS_RUN`.
@@ -69,6 +72,8 @@ struct SessionParts<A: Area> {
     time_to_answer: Duration,
     /// While motors may be on.
     online: Mutex<Option<Online>>,
+    /// Held by the thread that ends the transfer until nothing is noted of it any more.
+    note_ends: Mutex<()>,
     array: Arc<AreaArray<A>>,
     mirror: Mutex<Mirror<A>>,
     /// How many transfers were begun.
@@ -127,6 +132,7 @@ impl<A: Area> ProgramSession<A> {
             time_to_answer: if is_local { Duration::ZERO } else { TIME_TO_ANSWER },
             host: settings.host.clone(),
             online: Mutex::new(None),
+            note_ends: Mutex::new(()),
             mirror: Mutex::new(mirror),
             array,
             transfers: AtomicU32::new(0),
@@ -358,11 +364,16 @@ impl<A: Area> SessionParts<A> {
 
     /// Ends the exchange with all outputs off.
     fn end_transfer(&self) -> Result<(), Error> {
+        let note_ends = self.note_ends.try_lock();
         let online = self.online.lock().take();
         let ended = self.handler.end_transfer();
         // After an error its drop leaves the controller to `tx_run`.
         if let (Ok(()), Some(online)) = (&ended, online) {
             online.end();
+        }
+        if note_ends.is_none() {
+            // Two threads of the program end it at once, and it may be over when this one returns.
+            drop(self.note_ends.try_lock_for(NOTE_LIMIT));
         }
         ended
     }
