@@ -18,8 +18,6 @@
 //! three discs and ends; a real one runs until Ctrl-C. `txt simulate --world sorting_line --show` shows it.
 
 use std::env;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::prelude::*;
@@ -130,15 +128,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     handler.begin_transfer()?;
 
-    // Ctrl-C ends the loop.
-    let stopped = Arc::new(AtomicBool::new(false));
-    let on_ctrl_c = Arc::clone(&stopped);
-    ctrlc::set_handler(move || on_ctrl_c.store(true, Ordering::Relaxed))?;
+    // Ctrl-C ends the transfer, which stops the motors.
+    let on_ctrl_c = handler.areas().clone();
+    ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
     let mut state = State::Waits;
     let mut sorted = 0;
-    while !stopped.load(Ordering::Relaxed) && (simulated.is_none() || sorted < 3) {
-        let mut now = areas.wait_cycle()?;
+    while simulated.is_none() || sorted < 3 {
+        let mut now = match areas.wait_cycle() {
+            Err(Error::NotStarted) => break, // Ctrl-C
+            cycle => cycle?,
+        };
         let time = now.arrived();
         let before = state;
         state = before.answer(&mut now[LOCAL_IO], time)?;

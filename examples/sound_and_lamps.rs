@@ -18,14 +18,12 @@
 //! a sound and a motor.
 
 use std::env;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::Arc;
 use std::time::Duration;
 
 use ft_transfer_area::prelude::*;
 use ft_transfer_area::tx::Sound;
 use ft_transfer_area_simulator::world::World;
-use ft_transfer_area_simulator::{Error, SimulatedTxt};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 const SOUNDS: [Sound; 4] =
     [Sound::Bell, Sound::CarHornShort, Sound::PropellerAirplane, Sound::ShipsHorn];
@@ -45,17 +43,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     handler.begin_transfer()?;
 
-    // Ctrl-C ends the loop.
-    let stopped = Arc::new(AtomicBool::new(false));
-    let on_ctrl_c = Arc::clone(&stopped);
-    ctrlc::set_handler(move || on_ctrl_c.store(true, Ordering::Relaxed))?;
+    // Ctrl-C ends the transfer, and so lamps and sound.
+    let on_ctrl_c = handler.areas().clone();
+    ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
     println!("Press I3 to end it.");
     let mut sounds = SOUNDS.into_iter().cycle();
     let mut sound = "";
     let mut shown = None;
-    while !stopped.load(Ordering::Relaxed) {
-        let mut now = areas.wait_cycle()?;
+    loop {
+        let mut now = match areas.wait_cycle() {
+            Err(Error::NotStarted) => break, // Ctrl-C
+            cycle => cycle?,
+        };
         let area = &mut now[LOCAL_IO];
         if area.get_in_io_value_binary(I3)? {
             println!("I3 is pressed.");
@@ -94,7 +94,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
-fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+fn controller() -> Result<(String, Option<SimulatedTxt>), ft_transfer_area_simulator::Error> {
     if let Some(address) = env::args().nth(1) {
         return Ok((address, None));
     }

@@ -22,8 +22,6 @@
 use std::env;
 use std::fmt;
 use std::str::FromStr;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::Arc;
 use std::time::Duration;
 
 use ft_transfer_area::prelude::*;
@@ -423,15 +421,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     handler.begin_transfer()?;
 
-    // Ctrl-C ends the loop.
-    let stopped = Arc::new(AtomicBool::new(false));
-    let on_ctrl_c = Arc::clone(&stopped);
-    ctrlc::set_handler(move || on_ctrl_c.store(true, Ordering::Relaxed))?;
+    // Ctrl-C ends the transfer, which stops the motors.
+    let on_ctrl_c = handler.areas().clone();
+    ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
     let mut warehouse = Warehouse::new(orders, &mut areas.lock()[LOCAL_IO])?;
-    while warehouse.mode != Mode::Done && !stopped.load(Ordering::Relaxed) {
-        // The guard is dropped at the end of the statement, so printing keeps no outputs waiting.
-        warehouse.tick(&mut areas.wait_cycle()?[LOCAL_IO])?;
+    while warehouse.mode != Mode::Done {
+        let mut now = match areas.wait_cycle() {
+            Err(Error::NotStarted) => break, // Ctrl-C
+            cycle => cycle?,
+        };
+        warehouse.tick(&mut now[LOCAL_IO])?;
+        // Printing is slow, and the outputs are sent after the guard is dropped.
+        drop(now);
         warehouse.said.drain(..).for_each(|line| println!("{line}"));
     }
     // The last exchange stops the motors. An error that has ended the transfer is returned.

@@ -2,6 +2,12 @@
 //! they do with a controller on Ctrl-C, and what they say when something is missing.
 
 use std::fs::File;
+#[cfg(unix)]
+use std::io::Write;
+#[cfg(unix)]
+use std::os::fd::OwnedFd;
+#[cfg(unix)]
+use std::os::unix::net::UnixStream;
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
 use std::{env, fs, thread};
@@ -181,6 +187,46 @@ fn assert_stopped_by(signal: &str, Table { name, user, on }: Table) {
         assert_eq!(machine.commands().last(), Some(CommandId::StopOnline), "{name}");
         assert_eq!(machine.oddities().next(), None, "{name}");
     });
+}
+
+/// As in a terminal that is paused by Ctrl-S. Here what it prints has room until it drives.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_stops_the_motors_while_nobody_reads_what_is_printed() {
+    thread::scope(|scope| {
+        for table in TABLES {
+            scope.spawn(|| assert_stopped_unread(table));
+        }
+    });
+}
+
+#[cfg(unix)]
+fn assert_stopped_unread(Table { name, user, on }: Table) {
+    let world = SimulatedTxt::builder().world(World::default()).on_exchange(user);
+    let txt = world.start().unwrap();
+    let (unread, mut full) = UnixStream::pair().unwrap();
+    let mut sample = example(name);
+    sample.arg(txt.address().to_string()).stderr(Stdio::null());
+    let mut sample = sample.stdout(OwnedFd::from(full.try_clone().unwrap())).spawn().unwrap();
+    let all_on = |machine: &Machine| {
+        let duty = |&(controller, output): &(usize, usize)| {
+            machine.controllers[controller].outputs.duty[output]
+        };
+        on.iter().all(|place| duty(place) > 0)
+    };
+    let drives = txt.wait_until(all_on, DEADLINE);
+    let fills = thread::spawn(move || while full.write(&[b'\n'; 4096]).is_ok() {});
+    // Meanwhile it has something to print.
+    let then = txt.with_machine(|machine| machine.exchanges()) + 60;
+    txt.wait_until(|machine| machine.exchanges() >= then, DEADLINE);
+    let is_sent = Command::new("kill").args(["-s", "INT", &sample.id().to_string()]).status();
+    let is_left = |machine: &Machine| machine.commands().last() == Some(CommandId::StopOnline);
+    let is_stopped = txt.wait_until(is_left, DEADLINE);
+    drop(unread);
+    sample.kill().unwrap();
+    sample.wait().unwrap();
+    fills.join().unwrap();
+    assert!(drives && is_sent.unwrap().success() && is_stopped, "{name}: {drives} {is_stopped}");
 }
 
 /// A pipe to a program that has ended. On Windows a file that is only read: there a thread of this program takes what
