@@ -131,6 +131,12 @@ fn read_remote(device: IrDevice, area: &FishX1Transfer) -> Value {
 }
 
 impl Value {
+    /// Whether another value is one of the same kind, in the same unit.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        let unit = |value: &Self| value.measured().map(|(_, unit, _)| unit);
+        unit(self) == unit(other)
+    }
+
     /// How far a measured number is from that of another value; `None` when not only the number differs.
     pub(crate) fn distance(&self, other: &Self) -> Option<u32> {
         let ((numbers, unit, over_range), others) = (self.measured()?, other.measured()?);

@@ -155,7 +155,8 @@ impl Tracked {
             return false;
         }
         let (Some(value), Some(last)) = (value, last) else { return true };
-        if !self.is_new && value.may_wait() && now.saturating_duration_since(at) < noise.every {
+        let waits = !self.is_new && value.may_wait() && value.is_like(&last);
+        if waits && now.saturating_duration_since(at) < noise.every {
             return false;
         }
         value.distance(&last).is_none_or(|distance| distance >= u32::from(noise.deadband))
@@ -181,7 +182,7 @@ impl Tracked {
 
 #[cfg(test)]
 mod tests {
-    use ft_transfer_area::transfer_area::InputMode;
+    use ft_transfer_area::transfer_area::{InputMode, UniConfig};
     use ft_transfer_area::tx::Motor;
 
     use super::*;
@@ -337,6 +338,19 @@ mod tests {
             };
             assert_eq!(reported(&areas, cycle, &reconfigured), expected);
         }
+        // The old number in its unit does not stay for the time of `--every`.
+        let mut reported = |mode, ms| {
+            areas[0].config.uni[2] = UniConfig::analog(mode);
+            let now = begin + Duration::from_secs(3) + Duration::from_millis(ms);
+            let mut reported = Vec::new();
+            values.publish(&areas, &reconfigured, 4, now, |topic, payload| {
+                reported.push(format!("{topic} {payload}"));
+                true
+            });
+            reported
+        };
+        let line = r#"ft/press/I3 {"value":40,"unit":"mV","over_range":false}"#;
+        assert_eq!(reported(InputMode::Voltage, 1)[0], line);
     }
 
     #[test]

@@ -192,6 +192,14 @@ const MEANINGS: &[(&str, Words)] = &[
         ),
     ),
     (
+        "ModuleNotFoundError",
+        Words::fixed(
+            "a package that the program imports is not installed for this Python: python3 -m pip install, and its name.",
+            "Ein Paket, das das Programm importiert, ist für dieses Python nicht installiert: python3 -m pip install, und \
+             sein Name.",
+        ),
+    ),
+    (
         "not yet implemented",
         Words::fixed(
             "todo!() ends the program. Write in its place what is to be done in this case.",
@@ -228,6 +236,14 @@ mod tests {
 
     use super::super::words::Language;
     use super::*;
+
+    #[test]
+    fn a_package_that_is_missing_is_no_wrong_address() {
+        let said =
+            "Traceback (most recent call last):\nModuleNotFoundError: No module named 'ftrobopy'";
+        let words = advice(said, false).unwrap();
+        assert!(words.text(Language::En).contains("pip install"));
+    }
 
     #[test]
     fn what_the_library_says_has_a_meaning_in_german() {

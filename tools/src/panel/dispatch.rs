@@ -72,9 +72,13 @@ impl Panel {
         let of_page = self.held().iter().filter(|held| held.0 == page).copied().collect::<Vec<_>>();
         for held in of_page {
             let (_, host, area, what) = held;
-            // Something else may be plugged in by now.
-            let _ = self.host(host).and_then(|host| host.change_world(area, &what.let_go()));
             self.held().remove(&held);
+            let is_it = |other: &(_, _, _, _)| (other.1, other.2, other.3) == (host, area, what);
+            // Another page may hold it, too.
+            if !self.held().iter().any(is_it) {
+                // Something else may be plugged in by now.
+                let _ = self.host(host).and_then(|host| host.change_world(area, &what.let_go()));
+            }
         }
     }
 

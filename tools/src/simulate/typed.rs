@@ -52,8 +52,8 @@ pub(crate) fn next_line(input: &mut impl BufRead) -> Option<Result<String, Strin
     }
 }
 
-/// The controller that a line is for, and the rest of the line. The name of the controller, if it has one, is the
-/// first word.
+/// The controller that a line is for, and the rest of the line. It begins with the name of the controller, if that has
+/// one, which may have several words and begin with another one's.
 pub(crate) fn addressed<'a, T>(
     line: &'a str,
     controllers: &'a [(String, T)],
@@ -63,9 +63,15 @@ pub(crate) fn addressed<'a, T>(
             return Ok((single, line));
         }
     }
-    let (first, rest) = line.trim().split_once(char::is_whitespace).unwrap_or((line.trim(), ""));
-    let found = controllers.iter().find(|(name, _)| name == first);
-    found.map(|(_, controller)| (controller, rest)).ok_or_else(|| {
+    let line = line.trim();
+    let behind = |name: &str| {
+        let rest = line.strip_prefix(name)?;
+        (rest.is_empty() || rest.starts_with(char::is_whitespace)).then_some(rest)
+    };
+    let named = controllers.iter().filter_map(|(name, one)| Some((name.len(), one, behind(name)?)));
+    let found = named.max_by_key(|(length, ..)| *length);
+    found.map(|(_, controller, rest)| (controller, rest.trim_start())).ok_or_else(|| {
+        let first = line.split_whitespace().next().unwrap_or_default();
         let names: Vec<_> = controllers.iter().map(|(name, _)| name.as_str()).collect();
         format!("there is no controller {first:?}; a line begins with {}", names.join(", "))
     })
@@ -272,6 +278,17 @@ fn unknown(target: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_line_may_begin_with_a_name_of_several_words() {
+        let controllers = ["line", "line 2", "Band 1"].map(|name| (name.to_owned(), name));
+        let to = |line: &'static str| addressed(line, &controllers);
+        assert_eq!(to("line I1 1"), Ok((&"line", "I1 1")));
+        assert_eq!(to(" line 2 I1 1\n"), Ok((&"line 2", "I1 1")));
+        assert_eq!(to("Band 1   PUT blue seat"), Ok((&"Band 1", "PUT blue seat")));
+        let error = to("Band 12 I1 1").unwrap_err();
+        assert!(error.contains("line, line 2, Band 1"), "{error}");
+    }
 
     #[test]
     fn a_line_has_a_bound_and_the_next_one_counts() {

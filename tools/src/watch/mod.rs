@@ -184,6 +184,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     } else {
         start(&args.program, main, args.json)
             .and_then(|started| accompany(program.insert(started), &interrupted, &relay))
+            .inspect(|_| tell_of_another_way(&relay, main, controller))
     };
     // The connections end first: then a controller can serve others, and nothing moves.
     drop(relay);
@@ -249,6 +250,17 @@ fn accompany(
             recv(relay.failure) -> error => return Err(error?).context(NOT_PASSED),
             default(PROGRAM_LOOK) => {}
         }
+    }
+}
+
+/// A program that has the controller's own address drives past this one.
+fn tell_of_another_way(relay: &Relay, main: SocketAddr, controller: SocketAddr) {
+    if !relay.has_come() {
+        let controller = address_text(controller);
+        log::warn!(
+            "no program has connected to {main}: one that drives {controller} itself is not watched, and its motors may \
+             go on; txt stop {controller} switches them off"
+        );
     }
 }
 

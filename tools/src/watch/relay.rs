@@ -46,6 +46,7 @@ const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 pub(super) struct Relay {
     stop: Arc<AtomicBool>,
     gate: Arc<Gate>,
+    has_come: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
     /// Why it has ended by itself.
     pub(super) failure: Receiver<io::Error>,
@@ -61,6 +62,7 @@ impl Relay {
     ) -> anyhow::Result<Self> {
         let mut worker = Worker::new(listeners, controller, tap, leaves_outputs, gate)?;
         let (stop, gate) = (Arc::clone(&worker.stop), Arc::clone(&worker.gate));
+        let has_come = Arc::clone(&worker.has_come);
         let (failed, failure) = bounded(1);
         let work = move || {
             if let Err(error) = worker.run() {
@@ -69,7 +71,12 @@ impl Relay {
             }
         };
         let thread = thread::Builder::new().name("relay".to_owned()).spawn(work)?;
-        Ok(Self { stop, gate, thread: Some(thread), failure })
+        Ok(Self { stop, gate, has_come, thread: Some(thread), failure })
+    }
+
+    /// Whether a program has connected to the main port.
+    pub(super) fn has_come(&self) -> bool {
+        self.has_come.load(Ordering::Relaxed)
     }
 }
 
@@ -114,6 +121,8 @@ struct Worker {
     has_warned_of_many: bool,
     order: Order,
     gate: Arc<Gate>,
+    /// A program has connected to the main port.
+    has_come: Arc<AtomicBool>,
     stop: Arc<AtomicBool>,
 }
 
@@ -149,6 +158,7 @@ impl Worker {
             has_warned_of_many: false,
             order: Order::default(),
             gate,
+            has_come: Arc::default(),
             stop: Arc::default(),
         })
     }
@@ -297,6 +307,7 @@ impl Worker {
     /// Begins to connect to the controller for a program.
     fn admit(&mut self, line: Line, program: TcpStream, from: SocketAddr) {
         if line == Line::Main {
+            self.has_come.store(true, Ordering::Relaxed);
             // It may have come back, also if the controller refuses it now.
             self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::put_off);
         }

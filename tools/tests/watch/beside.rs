@@ -29,6 +29,11 @@ fn it_gets_the_address_and_gives_its_exit_status() {
     assert!(words[0].starts_with("127.0.0.1:"), "{printed}");
     // It prints nothing of its own.
     assert_eq!(words, [words[0]; 3]);
+    // It may have driven the controller itself.
+    let told = format!("txt stop {} switches them off", txt.address());
+    assert!(said(&output).contains(&told), "{}", said(&output));
+    let through = said(&shell(&txt, r#""$TXT" stop "$0""#).output().unwrap());
+    assert!(through.contains("are off") && !through.contains("no program has"), "{through}");
     assert!(shell(&txt, "exit 0").status().unwrap().success());
 }
 

@@ -47,7 +47,10 @@ class Live {
   push(state) {
     const time = state.at / 1000;
     if (time < this.end) this.size = 0;
+    const before = this.state?.link;
     this.state = state;
+    // Without a new response nothing was measured.
+    if (this.size && before?.phase === "running" && state.link.phase === "running" && before.cycles === state.link.cycles) return;
     state.areas.forEach((area, number) => this.meet(number, area));
     if (this.size && time - this.end > GAP) this.add(this.end + JUST_AFTER, null);
     this.add(time, state.areas);

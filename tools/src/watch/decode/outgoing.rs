@@ -72,6 +72,11 @@ impl Outgoing {
         let words = words.map_err(|error| error.to_string())?;
         let takes_part =
             |area: &usize| *area == 0 || header.active_extensions & 1 << (area - 1) != 0;
+        // Nothing is sent to the others, what they were sent before does not count when they are back.
+        for area in (1..MAX_AREAS).filter(|area| !takes_part(area)) {
+            let output = &mut self.areas[area].output;
+            (*output.duty, *output.distance) = Default::default();
+        }
         let indices = (0..=u16::BITS as usize).filter(takes_part);
         for (words, index) in words.chunks_exact(WORDS).zip(indices) {
             // The mask has bits for more extensions than there can be areas.
