@@ -51,19 +51,10 @@ fn close(areas: &TransferAreas) -> Result<(), Error> {
     // C:         Sleep(10);
     // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M3, 0, Direction::Halt);
     areas.lock()[LOCAL_IO].set_out_motor_values(M3, 512, Direction::Ccw)?;
-    plugged_in(areas.wait_until(pressed(I4), LIMIT))?;
+    areas.wait_until(pressed(I4), LIMIT)?; // the C program waits forever
     areas.lock()[LOCAL_IO].set_out_motor_values(M3, 0, Direction::Halt)?;
     Ok(())
     // C: }
-}
-
-/// Says what to check when a wait takes too long. The C program waits forever.
-fn plugged_in<T>(waited: Result<T, Error>) -> Result<T, Error> {
-    waited.inspect_err(|error| {
-        if matches!(error, Error::WaitTimedOut { .. }) {
-            println!("The gate does not arrive. Are M3, C3 and I4 plugged in?");
-        }
-    })
 }
 
 /// A condition for a wait: this input is pressed.
@@ -107,7 +98,7 @@ fn control(areas: &TransferAreas) -> Result<(), Error> {
         areas.lock()[LOCAL_IO].set_out_pwm_values(O7, if lit { 512 } else { 0 })?;
         thread::sleep(Duration::from_millis(200));
         if begin.elapsed() > LIMIT {
-            plugged_in(Err(Error::WaitTimedOut { limit: LIMIT }))?;
+            return Err(Error::WaitTimedOut { limit: LIMIT });
         }
     }
 
@@ -148,7 +139,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // C:     ftIF2013TransferAreaComHandlerEx2 *txt =
     // C:         new ftIF2013TransferAreaComHandlerEx2(1, "192.168.7.2", "65000");
     let (address, _simulated) = controller()?;
-    let txt = TransferAreaComHandler::builder(address).areas(1).build()?;
+    // The C program does not have this: the motor stops when the program hangs for a second.
+    let builder = TransferAreaComHandler::builder(address).areas(1);
+    let txt = builder.watchdog(Duration::from_secs(1)).build()?;
     let areas = txt.areas();
 
     // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I3, InputMode::MODE_R, true);
@@ -169,17 +162,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
     // C:     control(txt);
-    match control(areas) {
-        Err(Error::NotStarted) => println!("Stopped by Ctrl-C."),
-        result => result?,
-    }
-
     // C:     txt->ftxStopTransferArea();
+    let controlled = control(areas);
+    txt.end_transfer()?;
+
     // C:     delete txt;
     // C:     return 0;
     // C: }
-    txt.end_transfer()?;
-    Ok(())
+    // Printing may take long, so it comes when the motor stands.
+    match &controlled {
+        Err(Error::NotStarted) => {
+            println!("Stopped by Ctrl-C.");
+            return Ok(());
+        }
+        Err(Error::WaitTimedOut { .. }) => {
+            println!("The gate does not arrive. Are M3, C3 and I4 plugged in?");
+        }
+        _ => {}
+    }
+    Ok(controlled?)
 }
 
 /// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.

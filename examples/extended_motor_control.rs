@@ -34,7 +34,9 @@ const LIMIT: Duration = Duration::from_secs(5);
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Without an address, a simulated TXT runs as long as the second value lives.
     let (address, _simulated) = controller()?;
-    let handler = TransferAreaComHandler::builder(address).build()?;
+    // The motors stop when this program hangs for a second.
+    let builder = TransferAreaComHandler::builder(address);
+    let handler = builder.watchdog(Duration::from_secs(1)).build()?;
     let areas = handler.areas();
     handler.begin_transfer()?;
 
@@ -42,33 +44,36 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let on_ctrl_c = handler.areas().clone();
     ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
-    match drive(areas) {
-        Err(Error::NotStarted) => println!("Stopped by Ctrl-C."),
-        Err(error @ Error::WaitTimedOut { .. }) => {
-            println!("A motor has not arrived. Are M1 with C1 and M2 with C2 plugged in, and free to turn?");
-            return Err(error.into());
-        }
-        result => result?,
-    }
+    let driven = drive(areas);
     handler.end_transfer()?;
-    Ok(())
+    // Printing may take long, so it comes when the motors stand.
+    match &driven {
+        Err(Error::NotStarted) => {
+            println!("Stopped by Ctrl-C.");
+            return Ok(());
+        }
+        Err(Error::WaitTimedOut { .. }) => {
+            println!("A motor has not arrived. Are M1 with C1 and M2 with C2 plugged in, and free to turn?");
+        }
+        _ => {}
+    }
+    Ok(driven?)
 }
 
 fn drive(areas: &TransferAreas) -> Result<(), Error> {
     println!("M1 turns for {PULSES} pulses.");
     areas.lock()[LOCAL_IO].start_motor_ex_cmd(M1, DUTY_MAX, Cw, &[], PULSES.into())?;
-    let now = areas.wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
-    print_counters("arrived", &now[LOCAL_IO]);
-    drop(now);
+    // A copy is printed, because the outputs wait for the end of a guard.
+    let area = areas.wait_motor_ex(LOCAL_IO, M1, LIMIT)?[LOCAL_IO];
+    print_counters("arrived", &area);
 
     // A distance begins with a reset of its counters, but the old counts stay until the first response.
     // So reset them before.
     areas.lock()[LOCAL_IO].start_counter_reset(C1);
     areas.lock()[LOCAL_IO].start_counter_reset(C2);
     areas.wait_counter_reset(LOCAL_IO, C1, LIMIT)?;
-    let now = areas.wait_counter_reset(LOCAL_IO, C2, LIMIT)?;
-    print_counters("counters reset", &now[LOCAL_IO]);
-    drop(now);
+    let area = areas.wait_counter_reset(LOCAL_IO, C2, LIMIT)?[LOCAL_IO];
+    print_counters("counters reset", &area);
 
     println!("M1 and M2 turn together for {PULSES} pulses, M2 the other way round.");
     let slaves = [(M2, Ccw)];
@@ -76,14 +81,13 @@ fn drive(areas: &TransferAreas) -> Result<(), Error> {
     for quarter in 1..4 {
         let enough =
             |now: &[FishX1Transfer]| now[LOCAL_IO].get_in_cnt_count(C1) >= quarter * PULSES / 4;
-        let now = areas.wait_until(enough, LIMIT)?;
-        print_counters("on the way", &now[LOCAL_IO]);
+        let area = areas.wait_until(enough, LIMIT)?[LOCAL_IO];
+        print_counters("on the way", &area);
     }
     // Each motor of the group reports by itself when it has arrived.
     areas.wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
-    let now = areas.wait_motor_ex(LOCAL_IO, M2, LIMIT)?;
-    print_counters("arrived", &now[LOCAL_IO]);
-    drop(now);
+    let area = areas.wait_motor_ex(LOCAL_IO, M2, LIMIT)?[LOCAL_IO];
+    print_counters("arrived", &area);
 
     println!("At plain speed nothing turns before the distance is left.");
     turn_half_a_second(areas)?;
@@ -102,7 +106,9 @@ fn turn_half_a_second(areas: &TransferAreas) -> Result<(), Error> {
     }
     let mut now = areas.wait_cycle()?;
     set_both(&mut now[LOCAL_IO], 0)?;
-    print_counters("after half a second", &now[LOCAL_IO]);
+    let area = now[LOCAL_IO];
+    drop(now);
+    print_counters("after half a second", &area);
     Ok(())
 }
 

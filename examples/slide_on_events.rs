@@ -50,32 +50,36 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut count, mut since) = (0, Instant::now());
     // Sometimes nothing happens for a long time, so this shows the watchdog that the program is alive.
     // It fails when the transfer has ended.
-    while areas.feed_watchdog().is_ok() {
+    let mut why = None;
+    while why.is_none() && areas.feed_watchdog().is_ok() {
         match events.recv_timeout(Duration::from_millis(100)).map(|timed| timed.event) {
             Ok(Event::InputChanged { input: I4, pressed: true, .. }) => {
-                println!("I4, the start, after {} pulses.", pulses(areas));
+                let count = pulses(areas);
                 drive(areas, Direction::Cw)?;
+                // Printing may take long, so the motor does not wait for it.
+                println!("I4, the start, after {count} pulses.");
             }
             Ok(Event::InputChanged { input: I5, pressed: true, .. }) => {
-                println!("I5, the end, after {} pulses.", pulses(areas));
+                let count = pulses(areas);
                 drive(areas, Direction::Ccw)?;
+                println!("I5, the end, after {count} pulses.");
             }
             Ok(Event::InputChanged { input: I3, pressed: true, .. }) => {
-                println!("I3 is pressed.");
-                break;
+                why = Some("I3 is pressed.".to_owned());
             }
             _ => {}
         }
         if pulses(areas) != count {
             (count, since) = (pulses(areas), Instant::now());
         } else if since.elapsed() > STILL {
-            println!("The slide stands still at {count} pulses. Are M3, C3, I4 and I5 plugged in?");
-            break;
+            let what = format!("The slide stands still at {count} pulses.");
+            why = Some(what + " Are M3, C3, I4 and I5 plugged in?");
         }
     }
-    println!("{} events were lost.", events.lost());
     // Stops the motor, and returns the error, if one has ended the transfer.
     handler.end_transfer()?;
+    why.iter().for_each(|why| println!("{why}"));
+    println!("{} events were lost.", events.lost());
     Ok(())
 }
 

@@ -51,6 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut sounds = SOUNDS.into_iter().cycle();
     let mut sound = "";
     let mut shown = None;
+    let mut is_pressed = false;
     loop {
         let mut now = match areas.wait_cycle() {
             Err(Error::NotStarted) => break, // Ctrl-C
@@ -58,7 +59,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         };
         let area = &mut now[LOCAL_IO];
         if area.get_in_io_value_binary(I3)? {
-            println!("I3 is pressed.");
+            is_pressed = true;
             break;
         }
 
@@ -90,6 +91,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // Switches the lamps off and ends the sound.
     handler.end_transfer()?;
+    if is_pressed {
+        println!("I3 is pressed.");
+    }
     Ok(())
 }
 

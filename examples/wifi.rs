@@ -77,6 +77,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             // The connection is fine, and the motor is stopped.
             Err(error @ Error::WatchdogExpired { .. }) => println!("Stopped: {error}."),
             Err(error @ Error::WaitTimedOut { .. }) => {
+                handler.end_transfer()?; // before a line that may take long
                 println!("The slide does not arrive. Are M3, C3 and I4 plugged in?");
                 return Err(error.into());
             }
@@ -115,8 +116,8 @@ fn drive(areas: &TransferAreas, direction: Direction, pulses: u16) -> Result<(),
     let distance = pulses.into();
     areas.lock()[LOCAL_IO].start_motor_ex_cmd(M3, DUTY_MAX, direction, &[], distance)?;
     // An interrupted movement is never reported as finished: this returns the error instead.
-    let now = areas.wait_motor_ex(LOCAL_IO, M3, WAY_LIMIT)?;
-    println!("  done after {} pulses.", now[LOCAL_IO].get_in_cnt_count(C3));
+    let area = areas.wait_motor_ex(LOCAL_IO, M3, WAY_LIMIT)?[LOCAL_IO];
+    println!("  done after {} pulses.", area.get_in_cnt_count(C3));
     Ok(())
 }
 

@@ -50,18 +50,17 @@ static int to_the_end(HANDLE device)
 {
     INT16 pressed = 0;
     BOOL32 overrun = FALSE;
+    DWORD error = FTLIB_ERR_SUCCESS;
     int i;
 
     SetFtUniConfig(device, TA_LOCAL, END, MODE_R, TRUE);
     SetOutMotorValues(device, TA_LOCAL, MOTOR, DUTY_MAX, 0);
-    for (i = 0; i < LIMIT && !pressed; i++) {
+    for (i = 0; i < LIMIT && !pressed && error == FTLIB_ERR_SUCCESS; i++) {
         Sleep(10);
-        if (failed("GetInIOValue", GetInIOValue(device, TA_LOCAL, END, &pressed, &overrun))) {
-            return 1;
-        }
+        error = GetInIOValue(device, TA_LOCAL, END, &pressed, &overrun);
     }
     SetOutMotorValues(device, TA_LOCAL, MOTOR, 0, 0);
-    return !pressed;
+    return failed("GetInIOValue", error) || !pressed;
 }
 
 static int back(HANDLE device)

@@ -105,6 +105,7 @@ internal static class MotorDistance
     private static int Main(string[] arguments)
     {
         string port = arguments.Length > 0 ? arguments[0] : "COM1";
+        string failure = null;
         try
         {
             Check(FtMscLib.ftxInitLib());
@@ -118,13 +119,18 @@ internal static class MotorDistance
         }
         catch (InvalidOperationException exception)
         {
-            Console.Error.WriteLine(exception.Message);
-            return 1;
+            // It is said when the motors are off: nobody may read it.
+            failure = exception.Message;
         }
         finally
         {
             // Closes the device, too, with all motors off.
             FtMscLib.ftxCloseLib();
+        }
+        if (failure != null)
+        {
+            Console.Error.WriteLine(failure);
+            return 1;
         }
         Console.WriteLine("all motors off");
         return 0;
