@@ -20,7 +20,7 @@ int main()
 {
     ftIF2013TransferAreaComHandlerEx2 txt(1, "192.168.7.2");
     std::atomic<bool> pressed(false);
-    std::atomic<int> reached(0);
+    std::atomic<int> reached(0), done[2] = {};
 
     if (txt.ftxStartTransferArea() != FTLIB_ERR_SUCCESS) {
         std::printf("the controller does not answer\n");
@@ -33,7 +33,7 @@ int main()
         }
     });
     auto count = [&](auto, ShmIfId_TXT, Motor motor, uint16_t position, uint16_t) {
-        std::printf("M%d has done %d pulses\n", static_cast<int>(motor) + 1, position);
+        done[static_cast<int>(motor)] = position;
         reached++;
     };
     txt.SetFtMotorConfig(LOCAL_IO, M1, true, count);
@@ -49,10 +49,11 @@ int main()
                 std::this_thread::sleep_for(std::chrono::milliseconds(1));
             }
             txt.StopAllMotorExCmd(LOCAL_IO);
+            std::printf("M1 has done %d pulses\nM2 has done %d pulses\n", done[0].load(), done[1].load());
         }
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    bool done = txt.ftxIsTransferActiv();
+    bool goes_on = txt.ftxIsTransferActiv();
     txt.ftxStopTransferArea();
-    return done ? 0 : 1;
+    return goes_on ? 0 : 1;
 }

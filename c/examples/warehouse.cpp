@@ -12,6 +12,7 @@
 //   cargo run --bin tx_run -- c/examples/warehouse.cpp --world high_bay_warehouse    (a simulated TXT)
 //   cargo run --bin tx_run -- c/examples/warehouse.cpp --host 192.168.7.2            (a TXT)
 #include <ctype.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -40,6 +41,27 @@ enum { BELT = 0, FORK = 2 };                                           // M1, M3
 enum { OUTSIDE = 0, INSIDE = 3, FORK_IS_IN = 5, FORK_IS_OUT = 6 };     // I1, I4, I6, I7
 
 static FISH_X1_TRANSFER *area;
+
+// --------------------------------------------------------------------------------------------------------- words
+
+// What is to be said: printing may take long, and comes when the outputs are sent.
+static char said[500];
+
+static void say(const char *format, ...)
+{
+    size_t length = strlen(said);
+    va_list values;
+
+    va_start(values, format);
+    vsnprintf(said + length, sizeof said - length, format, values);
+    va_end(values);
+}
+
+static void print_said(void)
+{
+    fputs(said, stdout);
+    said[0] = '\0';
+}
 
 // ---------------------------------------------------------------------------------------------------- terminals
 
@@ -239,7 +261,7 @@ static void begin_step(void)
         set_motor(BELT, FULL);
         break;
     case OFFER:
-        printf("%s is outside\n", orders[order]);
+        say("%s is outside\n", orders[order]);
         play(BELL);
         break;
     }
@@ -297,25 +319,22 @@ static void begin_order(void)
         return;
     }
     read_shelf(orders[order], &shelf); // main has checked it
-    printf("fetching %s\n", orders[order]);
+    say("fetching %s\n", orders[order]);
     step = 0;
     begin_step();
 }
 
 static void begin_homing(void)
 {
-    printf("looking for the references\n");
+    say("looking for the references\n");
     set_motor(FORK, FULL);
     cycles = 0;
     mode = FORK_HOMES;
 }
 
-// Printing may take long, so main does it when the motors are off.
-static const char *stopped_by = NULL;
-
 static void stop_all(const char *reason)
 {
-    stopped_by = reason;
+    say("stopped: %s, in step \"%s\"\n", reason, step < STEP_COUNT ? STEPS[step].text : "homing");
     axis_stop(&horizontal);
     axis_stop(&vertical);
     set_motor(FORK, 0);
@@ -397,7 +416,7 @@ static void tick(void)
             begin_step();
             break;
         }
-        printf("%s is back\n", orders[order]);
+        say("%s is back\n", orders[order]);
         fetched[shelf.row][shelf.column]++;
         order++;
         begin_order();
@@ -468,16 +487,14 @@ int main(int argc, char **argv)
             fprintf(stderr, "the connection is lost\n");
             return 1;
         }
-        if (stopped_by != NULL) {
-            printf("stopped: %s, in step \"%s\"\n", stopped_by, step < STEP_COUNT ? STEPS[step].text : "homing");
-            stopped_by = NULL;
-        }
+        print_said();
         tick();
     }
     axis_stop(&horizontal);
     axis_stop(&vertical);
     handler.DoTransferCompressed();
-    print_result();
     handler.EndTransfer();
+    print_said();
+    print_result();
     return 0;
 }

@@ -90,7 +90,7 @@ internal static class MotorDistance
         throw new InvalidOperationException(text + " (0x" + code.ToString("X8") + ")");
     }
 
-    private static void Drive(IntPtr device)
+    private static string Drive(IntPtr device)
     {
         Check(FtMscLib.SetFtUniConfig(device, Master, I1, ModeR, true));
         FtMscLib.SetCBMotorExReached(OnArrived);
@@ -98,14 +98,14 @@ internal static class MotorDistance
         Arrived.WaitOne(TimeSpan.FromSeconds(30));
         Check(FtMscLib.GetInIOValue(device, Master, I1, out short value, out int overrun));
         Check(FtMscLib.GetInCounterValue(device, Master, C1, out short count, out short level));
-        Console.WriteLine("C1 has counted " + count + " pulses, I1 is " + value);
         FtMscLib.SetCBMotorExReached(null);
+        return "C1 has counted " + count + " pulses, I1 is " + value;
     }
 
     private static int Main(string[] arguments)
     {
         string port = arguments.Length > 0 ? arguments[0] : "COM1";
-        string failure = null;
+        string driven = null, failure = null;
         try
         {
             Check(FtMscLib.ftxInitLib());
@@ -115,7 +115,7 @@ internal static class MotorDistance
             FtMscLib.GetRoboTxFwStr(device, Master, firmware, (uint)firmware.Capacity);
             Console.WriteLine(port + ": firmware " + firmware);
             Check(FtMscLib.ftxStartTransferArea(device));
-            Drive(device);
+            driven = Drive(device);
         }
         catch (InvalidOperationException exception)
         {
@@ -132,6 +132,7 @@ internal static class MotorDistance
             Console.Error.WriteLine(failure);
             return 1;
         }
+        Console.WriteLine(driven);
         Console.WriteLine("all motors off");
         return 0;
     }

@@ -78,9 +78,9 @@ def drive(device):
     value, overrun, count, level = c_int16(), c_uint32(), c_int16(), c_int16()
     check(library.GetInIOValue(device, MASTER, I1, byref(value), byref(overrun)))
     check(library.GetInCounterValue(device, MASTER, C1, byref(count), byref(level)))
-    print(f"C1 has counted {count.value} pulses, I1 is {value.value}")
     # Taken away before it is gone.
     library.SetCBMotorExReached(EventCallback())
+    return f"C1 has counted {count.value} pulses, I1 is {value.value}"
 
 
 def main():
@@ -95,12 +95,14 @@ def main():
     print(f"{port}: firmware {firmware.value.decode()}")
     check(library.ftxStartTransferArea(device))
     try:
-        drive(device)
+        driven = drive(device)
     finally:
         # Also after Ctrl-C and after an error.
         library.ftxStopTransferArea(device)
         library.ftxCloseDevice(device)
         library.ftxCloseLib()
+    # Nobody may read it, so it comes last.
+    print(driven)
     print("all motors off")
 
 
