@@ -31,7 +31,7 @@ const CALLBACK_LIMIT: Duration = Duration::from_millis(500);
 const END_LIMIT: Duration = Duration::from_secs(2);
 
 /// How long one thread waits for another one that ends the same transfer, when all outputs are off.
-const NOTE_LIMIT: Duration = Duration::from_millis(100);
+const NOTE_LIMIT: Duration = Duration::from_millis(400);
 
 /// `TA_STATUS_STOP`.
 pub(crate) const STATUS_STOP: u8 = 0;
@@ -76,7 +76,7 @@ struct SessionParts<A: Area> {
     note_ends: Mutex<()>,
     array: Arc<AreaArray<A>>,
     mirror: Mutex<Mirror<A>>,
-    /// How many transfers were begun.
+    /// How many transfers were begun, or could not begin.
     transfers: AtomicU32,
     /// Held while the outputs are taken, and by calls that write several of them.
     outputs: Mutex<()>,
@@ -216,10 +216,7 @@ impl<A: Area> ProgramSession<A> {
         self.shared.mirror.lock().put_out_configs(&mut handler.areas().lock());
         // Before it begins: what was asked for in an earlier one is not for the controller that answers now.
         self.shared.transfers.fetch_add(1, Ordering::AcqRel);
-        let answers = handler.begin_transfer().inspect_err(|_| {
-            self.shared.transfers.fetch_sub(1, Ordering::AcqRel);
-        });
-        let begun = answers.and_then(|()| {
+        let begun = handler.begin_transfer().and_then(|()| {
             *self.shared.online.lock() = Some(Online::begin(handler.address(), &self.shared.host));
             self.begin()?;
             self.spawn()
@@ -365,7 +362,7 @@ impl<A: Area> SessionParts<A> {
     /// Ends the exchange with all outputs off.
     fn end_transfer(&self) -> Result<(), Error> {
         let note_ends = self.note_ends.try_lock();
-        let online = self.online.lock().take();
+        let online = note_ends.as_ref().and_then(|_| self.online.lock().take());
         let ended = self.handler.end_transfer();
         // After an error its drop leaves the controller to `tx_run`.
         if let (Ok(()), Some(online)) = (&ended, online) {

@@ -42,7 +42,7 @@ pub(crate) struct Ended {
 }
 
 /// What is said of a simulated TXT whose program could not stop it.
-const ENDS_WITH_US: &str = "it could send no last exchange; its simulated TXT ends now";
+const ENDS_WITH_US: &str = "nothing is known of its last exchange; its simulated TXT ends now";
 
 /// How often is looked at the program.
 const LOOK: Duration = Duration::from_millis(10);
@@ -232,10 +232,10 @@ fn folder_if_gone(online: &Online) -> Option<String> {
 fn words_of_stop((host, stopped): (String, Result<String, Error>), gone: Option<&str>) -> String {
     match (stopped, gone) {
         (Ok(name), None) => format!(
-            "it could send no last exchange to {host}, so tx_run has sent it: all outputs are off; {name} has answered"
+            "nothing is known of its last exchange with {host}, so tx_run has sent it: all outputs are off; {name} has answered"
         ),
         (Err(error), None) => format!(
-            "it could send no last exchange to {host}, and tx_run could not either, so motors may go on: {error:#}"
+            "nothing is known of its last exchange with {host}, and tx_run could send none, so motors may go on: {error:#}"
         ),
         (Ok(name), Some(folder)) => format!(
             "its notes in {folder} were removed, so tx_run has sent a last exchange to {host}: all outputs are off; {name} \

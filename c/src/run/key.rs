@@ -44,7 +44,8 @@ const PLAIN: [&str; 9] =
 /// What pragmas of gcc and clang are about that mean the same in the preprocessor's text.
 const OF_COMPILERS: [&str; 4] = ["diagnostic", "visibility", "system_header", "poison"];
 /// What tells a program the place in its source, where the text has other places.
-const PLACES: [&str; 3] = ["__builtin_COLUMN", "__builtin_LINE", "__builtin_source_location"];
+const PLACES: [&str; 4] =
+    ["__builtin_COLUMN", "__builtin_FILE", "__builtin_LINE", "__builtin_source_location"];
 /// How trigraphs end.
 const TRIGRAPHS: [char; 9] = ['=', '/', '\'', '(', ')', '!', '<', '>', '-'];
 /// Variables that bring something else into the compiler.
@@ -434,6 +435,7 @@ mod tests {
             #pragma warning(disable: 4996)\n #pragma clang diagnostic ignored \"-Wall\"\n";
         assert!(of(plain, "", "/x").is_some());
         assert_eq!(of("int a = __builtin_LINE();\n", "", "/x"), None);
+        assert_eq!(of("const char *a = __builtin_FILE();\n", "", "/x"), None);
         assert_eq!(of("const char *a = \"??/\";\n", "", "/x"), None);
         assert!(of("const char *a = \"Why??\";\n", "", "/x").is_some());
     }

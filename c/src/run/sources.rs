@@ -68,22 +68,26 @@ impl OwnFile {
     /// Whether there may be includes that are not known, such as `#include MACRO`, `%:include`, `#import` and one that goes
     /// on in the next line, or questions for files, such as `__has_include`.
     pub(crate) fn may_have_more_includes(&self) -> bool {
-        let text = String::from_utf8_lossy(&self.text);
-        // A word may be cut by the end of a line, too.
-        let text: String = text
-            .split_inclusive('\n')
-            .map(|line| line.trim_end().strip_suffix('\\').unwrap_or(line))
-            .collect();
+        let text = joined(&self.text);
         let words = ["include", "import", "embed"].map(|word| text.matches(word).count());
         words.iter().sum::<usize>() > self.includes.len()
     }
 
     /// Whether it may include what comes after its own folder.
     fn names_next(&self) -> bool {
-        let code = String::from_utf8_lossy(&self.code);
-        let mut directives = code.lines().filter(|line| line.trim_start().starts_with('#'));
+        let code = joined(&self.code);
+        let is_directive =
+            |line: &&str| ["#", "%:"].iter().any(|sign| line.trim_start().starts_with(sign));
+        let mut directives = code.lines().filter(is_directive);
         directives.any(|directive| directive.contains("include_next"))
     }
+}
+
+/// A text in which no line, and so no word, goes on in the next line.
+fn joined(text: &[u8]) -> String {
+    let text = String::from_utf8_lossy(text);
+    let lines = text.split_inclusive('\n');
+    lines.map(|line| line.trim_end().strip_suffix('\\').unwrap_or(line)).collect()
 }
 
 /// The files of a program in one language: its sources, and what they include directly or not.

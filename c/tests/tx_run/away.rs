@@ -204,7 +204,7 @@ fn a_controller_that_can_not_be_stopped_is_told() {
     let run = run_on(&txt, "killed.c", "-DGONE");
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
     drop(txt);
-    run.end().badly("tx_run could not either, so motors may go on: ");
+    run.end().badly("tx_run could send none, so motors may go on: ");
 }
 
 /// The program has become another one, which does not end.
@@ -224,11 +224,11 @@ fn a_controller_that_can_not_be_stopped_at_first_is_stopped_when_it_answers_agai
     wait_for(&gone, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
     drop(gone);
     let words = || fs::read_to_string(&said).unwrap();
-    wait_until("it can't be stopped", || words().contains("tx_run could not either"));
+    wait_until("it can't be stopped", || words().contains("tx_run could send none"));
     let again = txt().port(address.port()).start().unwrap();
     wait_stopped(&again);
     wait_until("it is said", || words().contains("tx_run has sent it: all outputs are off"));
-    assert_eq!(words().matches("could not either").count(), 1, "{}", words());
+    assert_eq!(words().matches("could send none").count(), 1, "{}", words());
     // SAFETY: a call without pointers, for a child that was not waited for.
     assert_eq!(unsafe { libc::kill(child.id() as libc::pid_t, libc::SIGTERM) }, 0);
     child.wait().unwrap();

@@ -382,7 +382,7 @@ fn a_simulated_txt_ends_with_a_program_that_is_killed() {
     let ended = Run::start(command.arg(program("pc.c")).env("CFLAGS", "-DKILLED")).end();
     ended.badly("pc was ended by SIGKILL (it was killed)");
     assert!(
-        ended.err.contains("could send no last exchange; its simulated TXT ends now"),
+        ended.err.contains("nothing is known of its last exchange; its simulated TXT ends now"),
         "{ended:?}"
     );
     assert!(!ended.err.contains("outputs are off"), "{ended:?}");
