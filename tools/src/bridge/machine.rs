@@ -150,6 +150,11 @@ impl<'a> Machine<'a> {
                     // What came while the controller was away is too late.
                     let open = !self.relay.is(Stage::Gap);
                     let cycle = areas.cycle();
+                    if !self.relay.is(Stage::Online) {
+                        // It may be another controller, also of the same name.
+                        self.have_turned = Default::default();
+                        self.reconfigured = Reconfigured::default();
+                    }
                     self.reconfigured.change(&mut areas, cycle, |areas| {
                         self.relay.read(open.then_some(areas))
                     })?;
@@ -188,9 +193,6 @@ impl<'a> Machine<'a> {
         if !self.relay.is(Stage::Online) {
             let firmware = self.handler.version().map(|version| version.to_string());
             let name = self.handler.device_name();
-            // It may be another controller, also of the same name.
-            self.have_turned = Default::default();
-            self.reconfigured = Reconfigured::default();
             self.relay.online(name, firmware);
         }
         for (turned, area) in self.have_turned.iter_mut().zip(areas) {

@@ -94,11 +94,12 @@ impl Values {
         now: Instant,
         mut send: impl FnMut(&str, String) -> bool,
     ) -> bool {
-        let mut removals = 0;
+        let (mut removals, mut is_all) = (0, true);
         for reported in &mut self.values {
             let is_held =
                 reported.input.is_some_and(|input| reconfigured.has(reported.area, input));
             if cycle < reported.newest || is_held {
+                is_all &= !reported.is_new;
                 continue;
             }
             let area = areas.get(reported.area).filter(|_| is_connected(areas, reported.area));
@@ -106,6 +107,7 @@ impl Values {
             if value.is_none() && !matches!(reported.last, Some((None, _))) {
                 removals += 1;
                 if removals > REMOVALS {
+                    is_all = false;
                     continue;
                 }
             }
@@ -115,7 +117,7 @@ impl Values {
             }
             reported.is_new = false;
         }
-        removals <= REMOVALS
+        is_all
     }
 
     /// Sends a change of a digital input that this response has shown, unless the last message said this.
@@ -155,7 +157,10 @@ impl Tracked {
             return false;
         }
         let (Some(value), Some(last)) = (value, last) else { return true };
-        let waits = !self.is_new && value.may_wait() && value.is_like(&last);
+        if self.is_new {
+            return true;
+        }
+        let waits = value.may_wait() && value.is_like(&last);
         if waits && now.saturating_duration_since(at) < noise.every {
             return false;
         }

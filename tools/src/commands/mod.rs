@@ -112,7 +112,11 @@ impl Command {
     fn change(&self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         match *self {
             Self::InputMode { input, mode, digital } => {
-                area.set_ft_uni_config(input, mode, digital);
+                let config = area.config.uni[input.index()];
+                // The same again would only take the value away.
+                if (config.input_mode(), config.is_digital()) != (Some(mode), digital) {
+                    area.set_ft_uni_config(input, mode, digital);
+                }
             }
             Self::CounterMode { counter, mode } => area.set_ft_cnt_config(counter, mode),
             Self::Pair { motor, kind } => area.set_ft_motor_config(motor, kind == Pair::Motor),

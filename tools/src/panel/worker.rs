@@ -211,6 +211,7 @@ impl Worker {
         self.controller.camera.forget();
         self.is_cut |= self.phase == Phase::Running;
         (self.phase, self.error) = (phase, Some(error.into()));
+        self.reconfigured = Reconfigured::default();
         self.histogram.interrupt();
         self.refuse_orders();
         self.publish_now();
