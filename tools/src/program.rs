@@ -15,7 +15,8 @@ use anyhow::Context;
 use crate::guardian::{apart, outliving};
 
 /// Where a program finds the address, beside its last argument. The second one is that of C programs.
-const VARIABLES: [&str; 2] = ["TXT_ADDRESS", "FT_TXT_HOST"];
+const VARIABLES: [&str; 2] = [ADDRESS, "FT_TXT_HOST"];
+pub(crate) const ADDRESS: &str = "TXT_ADDRESS";
 /// What names those of COM ports for C programs. The entry `none` keeps them from a file that names some: the program
 /// would drive another controller, or this one past us.
 const PORTS: &str = "FT_TXT_PORTS";

@@ -11,6 +11,7 @@ mod line;
 mod outcome;
 mod session;
 
+use std::env;
 use std::fs::File;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -26,6 +27,7 @@ use self::outcome::{summary, Outcome, Row, Trouble};
 use crate::guardian::Guardian;
 use crate::interrupt::{self, Driving};
 use crate::print;
+use crate::program::ADDRESS;
 use crate::watch::ports;
 use crate::zone;
 
@@ -76,6 +78,9 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    // The address that `txt watch` gives to a program.
+    let is_watched = env::var(ADDRESS).is_ok_and(|address| address == args.host);
+    ensure!(!is_watched, "behind txt watch this would measure what txt watch does");
     let address = ports::controller(&args.host)?;
     if args.motors && !args.yes {
         ask()?;
@@ -214,7 +219,10 @@ impl Run {
             }
             Err(Trouble::Lost(what)) => {
                 self.come_back()?;
-                Outcome::differs(what)
+                match self.given_up {
+                    Some(GONE) => Outcome::not_tried(format!("{what}; {GONE}")),
+                    _ => Outcome::differs(what),
+                }
             }
         })
     }
@@ -275,5 +283,5 @@ impl Run {
     }
 }
 
-const GONE: &str = "the controller does not answer any more";
+const GONE: &str = "the controller does not answer any more, or another program is online on it";
 const BUTTON: &str = "the button at I1 is pressed";

@@ -285,6 +285,9 @@ impl Worker {
                     return;
                 }
             };
+            if line == Line::Main {
+                self.has_come.store(true, Ordering::Relaxed);
+            }
             if self.gate.is_shut() {
                 reset(&program);
                 continue;
@@ -307,7 +310,6 @@ impl Worker {
     /// Begins to connect to the controller for a program.
     fn admit(&mut self, line: Line, program: TcpStream, from: SocketAddr) {
         if line == Line::Main {
-            self.has_come.store(true, Ordering::Relaxed);
             // It may have come back, also if the controller refuses it now.
             self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::put_off);
         }

@@ -126,6 +126,16 @@ fn what_a_program_prints_is_not_among_the_lines_of_json() {
     assert!(err.contains("half a line"), "{err}");
 }
 
+/// It would measure what stops the motors here, and say that the controller does.
+#[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
+#[test]
+fn no_selftest_comes_through_it() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let output = shell(&txt, r#""$TXT" selftest "$0""#).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("behind txt watch"), "{}", said(&output));
+}
+
 #[test]
 fn a_program_that_is_not_there_is_an_error() {
     let txt = SimulatedTxt::builder().start().unwrap();
