@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::prelude::*;
 use ft_transfer_area::TimeLimits;
-use serde_json::Value;
+use serde_json::{json, Value};
 
 use crate::panel::page::Page;
 use crate::running::Running;
@@ -186,6 +186,10 @@ fn a_check_can_be_ended_before_a_program_comes() {
     let lesson = Lesson::start(&["motor"]);
     assert_eq!(lesson.post("check"), 204);
     lesson.wait_for("waiting");
+    // A right program would be told that it answers what nobody has pressed.
+    let press = json!({"do": "press", "input": 0, "pressed": true});
+    let mut page = Page::open(&lesson.address, &lesson.token);
+    assert_eq!(page.refused(press), "checked");
     assert_eq!(lesson.post("end"), 204);
     lesson.wait_for("idle");
     let begin = Instant::now();

@@ -9,6 +9,9 @@ use ft_transfer_area::FishX1Transfer;
 
 use crate::error::Error;
 
+/// The [unit](Column::unit) of an input whose mode a recording does not know.
+pub const UNKNOWN_UNIT: &str = "unknown unit";
+
 /// A value of a cycle, by the name of its terminal: `I1` to `I8`, `C1` to `C4`, `M1` to `M4`, `O1` to `O8`, and
 /// `E1.I1` for an extension.
 ///
@@ -90,7 +93,7 @@ impl Column {
     }
 
     /// The unit of its value with the configuration of a cycle: `mV`, `Ω`, `cm`, `pulses`, `duty`, nothing for
-    /// an input that reports 0 or 1, or `unknown unit` for one whose mode the recording does not know.
+    /// an input that reports 0 or 1, or [`UNKNOWN_UNIT`] for one whose mode the recording does not know.
     pub fn unit(&self, areas: &[FishX1Transfer]) -> &'static str {
         match self.terminal {
             Terminal::Input(input) => areas.get(self.area).map_or("", |area| {
@@ -99,7 +102,7 @@ impl Column {
                 if is_known {
                     config.unit()
                 } else {
-                    "unknown unit"
+                    UNKNOWN_UNIT
                 }
             }),
             Terminal::Counter(_) => "pulses",

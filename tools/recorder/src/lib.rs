@@ -38,7 +38,7 @@ mod under_way;
 mod worker;
 mod writer;
 
-pub use column::Column;
+pub use column::{Column, UNKNOWN_UNIT};
 pub use damage::Damage;
 pub use error::Error;
 pub use feed::Feed;

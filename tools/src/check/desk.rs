@@ -211,6 +211,10 @@ impl Course for Shared {
         })
     }
 
+    fn is_checking(&self) -> bool {
+        self.0.lock().is_checking
+    }
+
     fn check(&self, begins: bool) -> Result<(), &'static str> {
         let desk = &self.0;
         let mut state = desk.lock();
@@ -265,6 +269,10 @@ impl Course for Shown {
 
     fn progress(&self) -> Option<Progress> {
         None
+    }
+
+    fn is_checking(&self) -> bool {
+        matches!(self.report.phase(), Phase::Waiting | Phase::Running)
     }
 
     fn check(&self, _: bool) -> Result<(), &'static str> {

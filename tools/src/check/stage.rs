@@ -85,6 +85,7 @@ impl<'a> Stage<'a> {
         is_over: &'a dyn Fn() -> bool,
     ) -> anyhow::Result<Self> {
         Self::clear(&txt, world)?;
+        txt.log.wait_for_guest();
         Ok(Self::new(Driver::Guest, txt, report, is_over))
     }
 

@@ -26,6 +26,8 @@ pub(super) struct Kept {
     pub(super) moments: Vec<Moment>,
     /// Whether there is a check.
     is_on: bool,
+    /// Somebody starts the program elsewhere.
+    waits_for_guest: bool,
     /// The answer with such a count of this counter comes late.
     late: Option<(Counter, Range<i16>)>,
 }
@@ -36,8 +38,9 @@ impl Log {
         let mut kept = self.lock();
         if kept.is_on && kept.moments.len() < KEPT {
             let moment = Moment::of(machine, kept.moments.last());
-            // What only stops the controller, as `txt stop`, is not the program that is waited for.
-            if kept.moments.is_empty() && moment.all_off() && !is_configured(machine) {
+            // What only stops the controller, as `txt stop`, is not the guest that is waited for.
+            let is_first = kept.waits_for_guest && kept.moments.is_empty();
+            if is_first && moment.all_off() && !is_configured(machine) {
                 return;
             }
             kept.moments.push(moment);
@@ -53,6 +56,10 @@ impl Log {
 
     pub(super) fn begin(&self, is_on: bool) {
         *self.lock() = Kept { is_on, ..Kept::default() };
+    }
+
+    pub(super) fn wait_for_guest(&self) {
+        self.lock().waits_for_guest = true;
     }
 
     /// Lets the next answer with such a count come late, as on a real network, so that the program misses counts.

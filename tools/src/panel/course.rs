@@ -17,6 +17,9 @@ pub(crate) trait Course: Send + Sync {
     /// How far its pupil is; `None` when there is no pupil.
     fn progress(&self) -> Option<Progress>;
 
+    /// Whether a check moves the machine now.
+    fn is_checking(&self) -> bool;
+
     /// Checks the program that comes next, or ends a check. The error is a sentence.
     fn check(&self, begins: bool) -> Result<(), &'static str>;
 

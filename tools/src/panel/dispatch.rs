@@ -30,8 +30,16 @@ pub(crate) struct Panel {
     pages: AtomicU64,
     /// The controller that an open page shows alone.
     looks: Mutex<HashMap<PageId, usize>>,
-    /// What pages hold: of which controller and area.
-    held: Mutex<BTreeSet<(PageId, usize, usize, Held)>>,
+    held: Mutex<BTreeSet<Hand>>,
+}
+
+/// A page that holds something of a controller and area.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Hand {
+    host: usize,
+    area: usize,
+    what: Held,
+    page: PageId,
 }
 
 /// How many pages of a panel among several may be open.
@@ -69,15 +77,14 @@ impl Panel {
         if self.common.control.release(page) {
             self.stop_hosts();
         }
-        let of_page = self.held().iter().filter(|held| held.0 == page).copied().collect::<Vec<_>>();
-        for held in of_page {
-            let (_, host, area, what) = held;
-            self.held().remove(&held);
-            let is_it = |other: &(_, _, _, _)| (other.1, other.2, other.3) == (host, area, what);
-            // Another page may hold it, too.
-            if !self.held().iter().any(is_it) {
+        let mut held = self.held();
+        let of_page: Vec<_> = held.iter().filter(|one| one.page == page).copied().collect();
+        for one in of_page {
+            held.remove(&one);
+            if !is_held_elsewhere(&held, one) {
+                let let_go = one.what.let_go();
                 // Something else may be plugged in by now.
-                let _ = self.host(host).and_then(|host| host.change_world(area, &what.let_go()));
+                let _ = self.host(one.host).and_then(|host| host.change_world(one.area, &let_go));
             }
         }
     }
@@ -211,19 +218,23 @@ impl Panel {
         if driven.is_driven() {
             self.common.control.lease_of(page)?;
         }
-        driven.change_world(area, request)?;
-        if let Some((what, is_held)) = Held::by(request) {
-            let held = (page, host, area, what);
-            if is_held {
-                self.held().insert(held);
-            } else {
-                self.held().remove(&held);
+        let Some((what, is_held)) = Held::by(request) else {
+            return driven.change_world(area, request);
+        };
+        let (one, mut held) = (Hand { host, area, what, page }, self.held());
+        if is_held {
+            driven.change_world(area, request)?;
+            held.insert(one);
+        } else {
+            held.remove(&one);
+            if !is_held_elsewhere(&held, one) {
+                driven.change_world(area, request)?;
             }
         }
         Ok(())
     }
 
-    fn held(&self) -> MutexGuard<'_, BTreeSet<(PageId, usize, usize, Held)>> {
+    fn held(&self) -> MutexGuard<'_, BTreeSet<Hand>> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -231,6 +242,12 @@ impl Panel {
         let text = || format!("there is no controller {host}");
         self.hosts.get(host).ok_or_else(|| Problem::new("no_host", text()))
     }
+}
+
+/// Whether a button is pressed by another page, too. A remote does what was set last.
+fn is_held_elsewhere(held: &BTreeSet<Hand>, hand: Hand) -> bool {
+    let same = |one: &Hand| (one.host, one.area, one.what) == (hand.host, hand.area, hand.what);
+    matches!(hand.what, Held::Button(_)) && held.iter().any(same)
 }
 
 #[cfg(test)]

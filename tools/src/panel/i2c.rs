@@ -50,7 +50,7 @@ fn carry_out(
         None => client.insert(handler.i2c().map_err(problem)?),
     };
     match request {
-        I2cRequest::Scan => Ok(json!(scan(client).map_err(problem)?)),
+        I2cRequest::Scan {} => Ok(json!(scan(client).map_err(problem)?)),
         I2cRequest::Read { address, register, count } => {
             if !(1..=READ_MAX).contains(count) {
                 let given = i64::try_from(*count).unwrap_or(i64::MAX);

@@ -1,9 +1,11 @@
 //! What a page asks for.
 
+use std::mem;
+
 use ft_transfer_area::tx::InvalidCall;
 use serde::de::DeserializeOwned;
 use serde::Deserialize;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::problem::Problem;
 use crate::commands::{names, Command, Follower, Pair};
@@ -43,6 +45,7 @@ pub(crate) enum Work {
 }
 
 #[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct CameraRequest {
     pub(crate) on: bool,
     pub(crate) width: Option<u16>,
@@ -51,10 +54,10 @@ pub(crate) struct CameraRequest {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(tag = "do")]
+#[serde(tag = "do", deny_unknown_fields)]
 pub(crate) enum I2cRequest {
     #[serde(rename = "i2c_scan")]
-    Scan,
+    Scan {},
     #[serde(rename = "i2c_read")]
     Read { address: u8, register: u8, count: usize },
     #[serde(rename = "i2c_write")]
@@ -63,7 +66,7 @@ pub(crate) enum I2cRequest {
 
 /// For the world of a simulated TXT.
 #[derive(Debug, Deserialize)]
-#[serde(tag = "do", rename_all = "snake_case")]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum WorldRequest {
     Press {
         input: i32,
@@ -122,6 +125,7 @@ impl Held {
 }
 
 #[derive(Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct RemoteRequest {
     pub(crate) remote: usize,
     pub(crate) left_x: i8,
@@ -141,83 +145,134 @@ pub(crate) fn read(text: &str) -> (Option<u64>, Result<Message, Problem>) {
 }
 
 fn understand(value: Value) -> Result<Message, Problem> {
-    let place = |key| field::<Option<usize>>(&value, key).map(Option::unwrap_or_default);
-    let (host, area) = (place("host")?, place("area")?);
-    let name = value.get("do").and_then(Value::as_str);
+    let mut members = Members::of(value);
+    let _seq: Value = members.take("seq")?;
+    let (host, area) = (members.place("host")?, members.place("area")?);
+    let name: Option<String> = members.take("do")?;
     let name = name.ok_or_else(|| Problem::bad_message("it has no \"do\""))?;
-    let request = match name {
+    let request = match &*name {
         "alive" => Request::Alive,
-        "look" => Request::Look(field(&value, "only")?),
+        "look" => Request::Look(members.take("only")?),
         "drive" => Request::Drive,
         "take" => Request::Take,
         "release" => Request::Release,
         "stop" => Request::Stop,
         "disconnect" => Request::Disconnect,
         "admit" => Request::Admit,
-        "record" => Request::Record(field(&value, "on")?),
-        "camera" => Request::Work(Work::Camera(parse(value)?)),
-        "i2c_scan" | "i2c_read" | "i2c_write" => Request::Work(Work::I2c(parse(value)?)),
+        "record" => Request::Record(members.take("on")?),
+        "camera" => Request::Work(Work::Camera(members.all()?)),
+        "i2c_scan" | "i2c_read" | "i2c_write" => Request::Work(Work::I2c(members.all_of(name)?)),
         "press" | "sensor" | "remote" | "plug" | "put" | "take_away" => {
-            Request::World(parse(value)?)
+            Request::World(members.all_of(name)?)
         }
-        _ => Request::Work(Work::Area(command(name, &value)?)),
+        _ => Request::Work(Work::Area(command(&name, &mut members)?)),
     };
+    members.end()?;
     Ok(Message { host, area, request })
 }
 
 /// A command for one area: its configuration and its outputs. Terminals are counted from 0.
-fn command(name: &str, message: &Value) -> Result<Command, Problem> {
-    let motor = || terminal(message, "motor");
-    let duty = || field::<i16>(message, "duty").map(i64::from);
+fn command(name: &str, members: &mut Members) -> Result<Command, Problem> {
     Ok(match name {
         "uni" => Command::InputMode {
-            input: terminal(message, "input")?,
-            mode: names::input_mode(&message["mode"]).map_err(Problem::bad_message)?,
-            digital: field(message, "digital")?,
+            input: members.terminal("input")?,
+            mode: names::input_mode(&members.take::<Value>("mode")?)
+                .map_err(Problem::bad_message)?,
+            digital: members.take("digital")?,
         },
         "counter_mode" => Command::CounterMode {
-            counter: terminal(message, "counter")?,
-            mode: names::counter_mode(&message["mode"]).map_err(Problem::bad_message)?,
+            counter: members.terminal("counter")?,
+            mode: names::counter_mode(&members.take::<Value>("mode")?)
+                .map_err(Problem::bad_message)?,
         },
-        "reset_counter" => Command::ResetCounter(terminal(message, "counter")?),
+        "reset_counter" => Command::ResetCounter(members.terminal("counter")?),
         "motor_kind" => {
-            let kind = if field(message, "outputs")? { Pair::Outputs } else { Pair::Motor };
-            Command::Pair { motor: motor()?, kind }
+            let kind = if members.take("outputs")? { Pair::Outputs } else { Pair::Motor };
+            Command::Pair { motor: members.terminal("motor")?, kind }
         }
-        "motor" => Command::Motor { motor: motor()?, duty: duty()?, stops_followers: true },
-        "output" => Command::Output { output: terminal(message, "output")?, duty: duty()? },
+        "motor" => Command::Motor {
+            motor: members.terminal("motor")?,
+            duty: members.duty()?,
+            stops_followers: true,
+        },
+        "output" => Command::Output { output: members.terminal("output")?, duty: members.duty()? },
         "distance" => {
-            let opposite = field::<Option<bool>>(message, "opposite")?.unwrap_or_default();
-            let with = match &message["with"] {
+            let opposite: Option<bool> = members.take("opposite")?;
+            let opposite = opposite.unwrap_or_default();
+            let with = match members.take("with")? {
                 Value::Null => Vec::new(),
-                _ => vec![Follower { motor: terminal(message, "with")?, opposite }],
+                motor => vec![Follower { motor: terminal("with", motor)?, opposite }],
             };
             // Two motors may turn together without end.
-            let pulses = Some(field(message, "pulses")?);
+            let pulses = Some(members.take("pulses")?);
             let pulses = pulses.filter(|pulses| *pulses != 0 || with.is_empty());
-            Command::Move { motor: motor()?, duty: duty()?, pulses, with }
+            let (motor, duty) = (members.terminal("motor")?, members.duty()?);
+            Command::Move { motor, duty, pulses, with }
         }
         "sound" => {
-            Command::Sound { index: field(message, "index")?, repeat: field(message, "repeat")? }
+            Command::Sound { index: members.take("index")?, repeat: members.take("repeat")? }
         }
         other => return Err(Problem::bad_message(format!("there is no {other:?}"))),
     })
 }
 
-/// The terminal with the index that a message has under this key.
-fn terminal<T: TryFrom<i32, Error = InvalidCall>>(
-    message: &Value,
-    key: &str,
-) -> Result<T, Problem> {
-    Ok(T::try_from(field(message, key)?)?)
+/// The members of a message that are not yet understood. What is left at the end may be a place that was misspelt, and
+/// another machine would move.
+struct Members(Map<String, Value>);
+
+impl Members {
+    fn of(message: Value) -> Self {
+        match message {
+            Value::Object(members) => Self(members),
+            _ => Self(Map::new()),
+        }
+    }
+
+    /// One that is not there is null.
+    fn take<T: DeserializeOwned>(&mut self, key: &str) -> Result<T, Problem> {
+        read_member(key, self.0.remove(key).unwrap_or_default())
+    }
+
+    /// A host or an area; without it the first.
+    fn place(&mut self, key: &str) -> Result<usize, Problem> {
+        self.0.remove(key).map_or(Ok(0), |place| read_member(key, place))
+    }
+
+    fn terminal<T: TryFrom<i32, Error = InvalidCall>>(&mut self, key: &str) -> Result<T, Problem> {
+        terminal(key, self.0.remove(key).unwrap_or_default())
+    }
+
+    fn duty(&mut self) -> Result<i64, Problem> {
+        self.take::<i16>("duty").map(i64::from)
+    }
+
+    /// All that are left.
+    fn all<T: DeserializeOwned>(&mut self) -> Result<T, Problem> {
+        let members = mem::take(&mut self.0);
+        serde_json::from_value(Value::Object(members)).map_err(Problem::bad_message)
+    }
+
+    /// The same for what begins with its name.
+    fn all_of<T: DeserializeOwned>(&mut self, name: String) -> Result<T, Problem> {
+        self.0.insert("do".to_owned(), Value::String(name));
+        self.all()
+    }
+
+    fn end(self) -> Result<(), Problem> {
+        match self.0.keys().next() {
+            None => Ok(()),
+            Some(key) => Err(Problem::bad_message(format!("there is no member {key:?} in it"))),
+        }
+    }
 }
 
-fn field<T: DeserializeOwned>(message: &Value, key: &str) -> Result<T, Problem> {
-    T::deserialize(&message[key]).map_err(|error| Problem::bad_message(format!("{key}: {error}")))
+/// A terminal by its index.
+fn terminal<T: TryFrom<i32, Error = InvalidCall>>(key: &str, index: Value) -> Result<T, Problem> {
+    Ok(T::try_from(read_member(key, index)?)?)
 }
 
-fn parse<T: DeserializeOwned>(value: Value) -> Result<T, Problem> {
-    serde_json::from_value(value).map_err(Problem::bad_message)
+fn read_member<T: DeserializeOwned>(key: &str, value: Value) -> Result<T, Problem> {
+    T::deserialize(value).map_err(|error| Problem::bad_message(format!("{key}: {error}")))
 }
 
 #[cfg(test)]
@@ -236,6 +291,11 @@ mod tests {
             ("{\"seq\":7,\"do\":\"motor\",\"motor\":0}", Some(7), "duty"),
             ("{\"do\":\"motor\",\"motor\":0,\"duty\":99999}", None, "99999"),
             ("{\"do\":\"stop\",\"host\":-1}", None, "host"),
+            ("{\"do\":\"stop\",\"host\":null}", None, "host"),
+            ("{\"do\":\"motor\",\"hosts\":1,\"motor\":0,\"duty\":300}", None, "\"hosts\""),
+            ("{\"do\":\"press\",\"Host\":1,\"input\":0,\"pressed\":true}", None, "Host"),
+            ("{\"do\":\"i2c_scan\",\"extension\":1}", None, "extension"),
+            ("{\"do\":\"camera\",\"on\":true,\"width\":320,\"high\":240}", None, "high"),
             ("{\"do\":\"i2c_write\",\"address\":1,\"register\":1,\"values\":[256]}", None, "256"),
         ] {
             let (number, result) = read(text);

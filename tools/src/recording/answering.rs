@@ -58,11 +58,20 @@ impl Answering {
 #[derive(Debug, Default)]
 pub(super) struct Change {
     answering: Answering,
-    /// The first change.
+    /// Where a part begins.
+    from: Duration,
+    /// Another one than the first that answers there.
+    there: Option<String>,
+    /// The first change after that.
     first: Option<String>,
 }
 
 impl Change {
+    /// In a part from here on.
+    pub(super) fn from(from: Duration) -> Self {
+        Self { from, ..Self::default() }
+    }
+
     pub(super) fn take(&mut self, transfer: &Transfer, at: Duration) {
         let Some((now, before)) = self.answering.take(transfer) else { return };
         if before == Controller::default() {
@@ -72,14 +81,18 @@ impl Change {
             let [name, firmware] = known(&one.device_name, &one.firmware);
             format!("{name} at {}, firmware {firmware}", one.address)
         });
+        if at <= self.from {
+            self.there = Some(format!("here {now} answers"));
+            return;
+        }
         let at = at.as_secs_f64();
         self.first.get_or_insert_with(|| format!("from {at:.2} s on {now} in place of {before}"));
     }
 
     /// Says it on stderr.
     pub(super) fn say(&self, file: &Path) {
-        if let Some(first) = &self.first {
-            eprintln!("{}", print::clean(&format!("{}: {first}", file.display())));
+        for text in self.there.iter().chain(&self.first) {
+            eprintln!("{}", print::clean(&format!("{}: {text}", file.display())));
         }
     }
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use anyhow::Context;
 use ft_transfer_area::FishX1Transfer;
-use ft_transfer_area_recorder::{Column, Recorded, Recording};
+use ft_transfer_area_recorder::{Column, Recorded, Recording, UNKNOWN_UNIT};
 
 use super::answering::Change;
 use super::clock::Clock;
@@ -114,6 +114,7 @@ impl Units {
                 continue;
             }
             let unit = match column.unit(areas) {
+                UNKNOWN_UNIT => continue,
                 "" => "0 or 1",
                 unit => unit,
             };
@@ -153,7 +154,7 @@ impl Table {
         table.write_record(heads.chain(["local_time".to_owned()]))?;
         let clock = Clock::of(recording.started());
         let progress = progress("writes");
-        let (mut change, mut units) = (Change::default(), Units::default());
+        let (mut change, mut units) = (Change::from(self.part.start), Units::default());
         for entry in recording.by_ref() {
             let entry = entry.map_err(Failure::Read)?;
             let cycle = match entry.what {

@@ -184,6 +184,14 @@ impl Survey {
         known(&self.device_name, &self.firmware)
     }
 
+    /// Name and firmware of the controller that answered at this time, and those that came later.
+    pub(super) fn controllers_from(&self, at: Duration) -> ([&str; 2], &[Later]) {
+        let count = self.later_controllers.partition_point(|one| one.since <= at.as_secs_f64());
+        let (before, later) = self.later_controllers.split_at(count);
+        let first = [&*self.device_name, &*self.firmware];
+        (before.last().map_or(first, |one| [&one.device_name, &one.firmware]), later)
+    }
+
     /// What a table has: outputs only of pairs that were two outputs.
     pub(super) fn columns(&self) -> Vec<Column> {
         let areas = self.outputs.map(|pairs| {

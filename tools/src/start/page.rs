@@ -164,15 +164,14 @@ async fn open(
 ) -> Result<Json<Value>, Problem> {
     let url = in_turn(&start, |start| {
         // The page of one that ends is gone in a moment.
-        running::wait(|| !start.running().iter().any(|one| one.is(&wanted) && one.ends()));
+        let is_in_the_way = |one: &Running| one.ends() && one.excludes(&wanted);
+        running::wait(|| !start.running().iter().any(is_in_the_way));
         let same = |one: &&Running| one.is(&wanted) && !one.ends();
         if let Some(one) = start.running().iter().find(same) {
             return Ok(one.url.clone());
         }
-        // Its page may have gone on to any lesson.
-        let is_lesson = |one: &Running| one.is_of(Kind::Lesson) && !one.ends();
         ensure!(
-            wanted.kind != Kind::Lesson || !start.running().iter().any(is_lesson),
+            !start.running().iter().any(|one| one.excludes(&wanted)),
             "the lessons are open already: choose one on their page, or end them first"
         );
         ensure!(start.running().len() < MOST, "too much runs already; end some of it");

@@ -83,12 +83,13 @@ impl Running {
         }
     }
 
-    pub(super) fn is_of(&self, kind: Kind) -> bool {
-        self.wanted.kind == kind
-    }
-
     pub(super) fn is(&self, wanted: &Wanted) -> bool {
         self.wanted == *wanted
+    }
+
+    /// Whether the other one can't run beside this one. A page of lessons goes on to any lesson.
+    pub(super) fn excludes(&self, wanted: &Wanted) -> bool {
+        self.is(wanted) || [self.wanted.kind, wanted.kind] == [Kind::Lesson; 2]
     }
 
     /// It was asked to end. Until it has, it keeps its ports and its controller.

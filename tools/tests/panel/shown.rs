@@ -53,6 +53,28 @@ fn the_page_shows_what_a_program_drives_and_presses_buttons_for_it() {
     page.state(0, |state| !is_running(state) && state["areas"][0]["motors"][0]["duty"][0] == 0);
 }
 
+/// As on a laptop and a phone.
+#[test]
+fn a_button_that_two_pages_press_is_let_go_by_the_last_one() {
+    let (panel, mut first, _) = simulate("slide");
+    let [mut second, mut third] = [panel.page(), panel.page()];
+    let press = |pressed| json!({"do": "press", "input": 2, "pressed": pressed});
+    let is_pressed = |state: &Value| {
+        let inputs = state["world"]["boards"][0]["inputs"].as_array().unwrap();
+        inputs.iter().any(|input| input["input"] == 2 && input["value"] == 1.0)
+    };
+    for page in [&mut first, &mut second, &mut third] {
+        page.done(press(true));
+    }
+    second.done(press(false));
+    first.close(true);
+    for _ in 0..10 {
+        assert!(is_pressed(&third.state(0, |_| true)));
+    }
+    third.done(press(false));
+    third.state(0, |state| !is_pressed(state));
+}
+
 #[test]
 fn the_page_drives_nothing() {
     let (panel, mut page, address) = simulate("slide");

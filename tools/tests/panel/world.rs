@@ -49,7 +49,7 @@ fn buttons_sensors_and_remotes_are_moved_by_hand() {
     assert_eq!(sensor(&state, 1, 1), wanted);
 
     let remote = json!({"do": "remote", "remote": 0, "left_x": -15, "left_y": 0, "right_x": 0, "right_y": 7,
-        "on": true, "off": false, "dip1": true, "dip2": false});
+        "on": true, "off": false});
     page.done(remote);
     let state = page.state(0, |state| state["areas"][0]["remotes"][2]["left_x"] == -15);
     assert_eq!(state["areas"][0]["remotes"][0]["right_y"], 7);

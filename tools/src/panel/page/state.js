@@ -13,6 +13,16 @@ function smoothed(before, { phase, cycle_ms: now }) {
   return before === null ? now : before + (now - before) * SMOOTH;
 }
 
+/** Whether another controller answers than before. */
+function isAnother(now, before) {
+  return Boolean(now.name && before?.name) && now.name !== before.name;
+}
+
+/** Whether a state brings what a response has measured, and not once more what was known. */
+function brings({ link }, before) {
+  return [link, before?.link].some((one) => one?.phase !== "running") || link.cycles !== before.link.cycles;
+}
+
 class Host {
   constructor({ id, address, simulated, driven, hands, watched, names }) {
     this.id = id;
@@ -37,7 +47,8 @@ class Host {
 
   push(state) {
     // The next program that is watched, perhaps at another controller.
-    if (state.watched?.program !== this.state?.watched?.program) this.forget();
+    if (state.watched?.program !== this.state?.watched?.program || isAnother(state.link, this.state?.link)) this.forget();
+    const isNew = brings(state, this.state);
     state.areas.forEach((area, index) => {
       if (area.alive) this.seen.add(index);
       area.inputs.forEach((input, number) => {
@@ -45,10 +56,10 @@ class Host {
         const before = this.state?.areas[index]?.inputs[number];
         // Other units: the old values say nothing.
         if (before && (before.mode !== input.mode || before.digital !== input.digital)) history.clear();
-        history.push(state.at, area.alive ? input.value : null);
+        if (isNew) history.push(state.at, area.alive ? input.value : null);
       });
     });
-    this.plotted?.push(state);
+    this.plotted?.push(state, isNew);
     this.cycle = smoothed(this.cycle, state.link);
     // That of a program that is watched is told until the next one is online.
     if (state.link.error || state.watched) this.lastError = state.link.error;

@@ -196,6 +196,7 @@ const GERMAN_ERRORS = {
   no_answer: "Der Controller antwortet nicht; prüfe die Verbindung zu ihm",
   no_controller: "Es wurde kein Controller gefunden",
   not_a_motor: "Hier sind zwei Ausgänge eingestellt; stelle auf Motor um",
+  checked: "Eine Prüfung läuft und drückt die Taster selbst; beende sie zuerst",
   only_looks: "Diese Seite sieht nur zu",
   not_understood: "Ein Teil der Bytes ist nicht zu verstehen und wird hier nicht gezeigt; weitergegeben wird alles",
   unanswered: "Der Controller hat die letzten Befehle nicht beantwortet; die Ausgänge sind die zuletzt gesendeten",

@@ -44,13 +44,12 @@ class Live {
     this.state = null;
   }
 
-  push(state) {
+  /** `isNew`: it brings what a response has measured. */
+  push(state, isNew = true) {
     const time = state.at / 1000;
     if (time < this.end) this.size = 0;
-    const before = this.state?.link;
     this.state = state;
-    // Without a new response nothing was measured.
-    if (this.size && before?.phase === "running" && state.link.phase === "running" && before.cycles === state.link.cycles) return;
+    if (!isNew && this.size) return;
     state.areas.forEach((area, number) => this.meet(number, area));
     if (this.size && time - this.end > GAP) this.add(this.end + JUST_AFTER, null);
     this.add(time, state.areas);

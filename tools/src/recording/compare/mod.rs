@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use anyhow::bail;
 use ft_transfer_area::transfer_area::{MAX_AREAS, MAX_EXTENSIONS};
-use ft_transfer_area_recorder::{value_names, Column, Cycle};
+use ft_transfer_area_recorder::{value_names, Column, Cycle, UNKNOWN_UNIT};
 
 use super::ensure_is_another;
 use super::in_parts::ensure_is_one;
@@ -214,7 +214,9 @@ fn with_unit(column: &Column, cycle: &Cycle) -> String {
     let value = column.value(&cycle.areas);
     let unit = column.unit(&cycle.areas);
     match column.input() {
-        Some(_) if value.is_some() && !unit.is_empty() => format!("{} {unit}", text(value)),
+        Some(_) if value.is_some() && !["", UNKNOWN_UNIT].contains(&unit) => {
+            format!("{} {unit}", text(value))
+        }
         _ => text(value),
     }
 }

@@ -16,6 +16,7 @@ use ft_transfer_area::{FirmwareVersion, PORT};
 use ft_transfer_area_recorder::Recording;
 use ft_transfer_area_simulator::SimulatedTxt;
 
+use super::answering::known;
 use super::in_parts::ensure_is_one;
 use super::part::Part;
 use super::survey::Survey;
@@ -68,12 +69,14 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     }
     anyhow::ensure!(survey.cycles > 0, "{} has no cycles to replay", args.file.display());
     let part = args.part.within(&survey)?;
-    if let Some(later) = survey.later_controllers.first() {
+    let ([name, firmware], later) = survey.controllers_from(part.start);
+    let shown = known(name, firmware);
+    if let Some(later) = later.iter().find(|it| it.since < part.end.as_secs_f64()) {
         log::warn!(
             "from {:.2} s on {}, answered; all is replayed as {}",
             later.since,
             later.controller().join(", firmware "),
-            survey.controller().join(", firmware ")
+            shown.join(", firmware ")
         );
     }
     let interrupted = interrupt::receiver()?;
@@ -88,8 +91,8 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         false => (of_part(&survey, &part), " in all"),
     };
     let player = Arc::new(Mutex::new(player));
-    let txt = start(&survey, args.port, &player)?;
-    let [name, firmware] = survey.controller().map(print::clean);
+    let txt = start(&survey, [name, firmware], args.port, &player)?;
+    let [name, firmware] = shown.map(print::clean);
     print::line(format_args!(
         "Replays {file}{of_part} ({name}, firmware {firmware}, {} cycles{in_all}) at 127.0.0.1:{}. Ctrl-C ends it.",
         survey.cycles,
@@ -110,19 +113,24 @@ fn of_part(survey: &Survey, part: &Range<Duration>) -> String {
     format!(" from {from} to {to}")
 }
 
-fn start(survey: &Survey, port: u16, player: &Arc<Mutex<Player>>) -> anyhow::Result<SimulatedTxt> {
+fn start(
+    survey: &Survey,
+    [name, firmware]: [&str; 2],
+    port: u16,
+    player: &Arc<Mutex<Player>>,
+) -> anyhow::Result<SimulatedTxt> {
     let player = Arc::clone(player);
     let mut txt = SimulatedTxt::builder()
         .port(port)
         .pace(Duration::ZERO)
         .extensions(survey.extensions)
         .on_exchange(move |machine| lock(&player).answer(machine));
-    if !survey.device_name.is_empty() {
-        txt = txt.device_name(&survey.device_name);
+    if !name.is_empty() {
+        txt = txt.device_name(name);
     }
-    if !survey.firmware.is_empty() {
-        let firmware = parse_version(&survey.firmware).with_context(|| {
-            format!("the recording has the firmware {:?}, which is not a version", survey.firmware)
+    if !firmware.is_empty() {
+        let firmware = parse_version(firmware).with_context(|| {
+            format!("the recording has the firmware {firmware:?}, which is not a version")
         })?;
         txt = txt.firmware(firmware);
     }
@@ -146,10 +154,9 @@ fn serve(
     loop {
         let exchanges = lock(player).exchanges();
         let connected = txt.with_machine(|machine| machine.connected());
-        let leaves = !connected && exchanges > before;
+        let leaves = !connected && exchanges > before && lock(player).leave(exchanges);
         if leaves {
             before = exchanges;
-            lock(player).leave(exchanges);
         }
         // Without the lock, for which the next program waits.
         let left = lock(player).take_left();

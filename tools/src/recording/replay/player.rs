@@ -135,16 +135,17 @@ impl Player {
         std::mem::take(&mut self.left)
     }
 
-    /// The program with the last of so many exchanges has left, perhaps before the end of the recorded connection.
-    pub(super) fn leave(&mut self, exchanges: u64) {
-        // The next one may be there already.
+    /// The program with the last of so many exchanges has left, perhaps before the end of the recorded connection. `false`
+    /// when there was another exchange meanwhile, perhaps of the next one.
+    pub(super) fn leave(&mut self, exchanges: u64) -> bool {
         if self.exchanges != exchanges {
-            return;
+            return false;
         }
         if let Err(error) = self.skip_session() {
             self.fail(&error);
         }
         self.see_off();
+        true
     }
 
     /// Keeps what the program has done, to be said. After a recorded gap it is expected back.
