@@ -228,14 +228,17 @@ pub(crate) fn outlive_full_files() {
     }
 }
 
-/// What ends or suspends a whole group, such as a service or a terminal's session, leaves this process alone.
+/// What ends or suspends a whole group, such as a service or a terminal's session, leaves this process alone, as does
+/// each other signal but those of a crash.
 pub(crate) fn outlive_requests() -> anyhow::Result<()> {
     #[cfg(unix)]
     {
         use Signal::*;
-        let requests = [SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU, SIGPIPE];
-        let requests: SigSet = requests.into_iter().collect();
-        requests.thread_block()?;
+        let mut signals = SigSet::all();
+        for crash in [SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGSEGV, SIGSYS, SIGTRAP] {
+            signals.remove(crash);
+        }
+        signals.thread_block()?;
     }
     Ok(())
 }

@@ -26,7 +26,7 @@ that program first. The exit status is 0 only when each controller has answered.
 
 With --guard it first waits until its standard input is closed, as happens when the program that
 has started it is killed, and then tries for 10 s. A byte before that ends it: the program has
-stopped its motors itself. Until then only SIGKILL ends it.
+stopped its motors itself. Until then only SIGKILL ends it, and what the system sends for a crash.
 
 Example: txt stop 192.168.7.2";
 

@@ -68,6 +68,36 @@ fn a_guardian_ends_when_nobody_reads_what_it_says() {
     assert_eq!(duties.lock().unwrap().last().unwrap()[..], [[0; 8]]);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_guardian_outlives_signals_that_end_other_programs() {
+    use std::process::{Command, Stdio};
+
+    let (txt, duties) = logged(SimulatedTxt::builder());
+    let mut client = KitClient::online(txt.address());
+    client.exchange([512; 8]);
+    drop(client);
+    assert!(txt.wait_until(|machine| !machine.online(), LIMIT));
+    let mut guardian = crate::recording::txt(&["stop", "--guard", &txt.address().to_string()]);
+    let guardian = guardian.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let id = guardian.id().to_string();
+    // All that may be blocked are, from its beginning on.
+    let is_ready = || {
+        let status = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap();
+        status
+            .lines()
+            .any(|line| line.strip_prefix("SigBlk:").is_some_and(|set| set.contains("ff")))
+    };
+    crate::running::wait_for("its beginning", is_ready);
+    for signal in ["USR1", "USR2", "ALRM", "VTALRM", "PROF", "XCPU", "IO", "PWR", "TERM", "RTMIN"] {
+        assert!(Command::new("kill").args(["-s", signal, &id]).status().unwrap().success());
+    }
+    // Closes its input.
+    let output = guardian.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    assert_eq!(duties.lock().unwrap().last().unwrap()[..], [[0; 8]]);
+}
+
 /// The panel and the bridge connect by a name, which leads nowhere when the network is away.
 #[cfg(target_os = "linux")]
 #[test]

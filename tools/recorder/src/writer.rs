@@ -132,7 +132,7 @@ fn nanos(time: Duration) -> u64 {
 }
 
 fn not_recorded(entries: u64) -> String {
-    format!("{entries} entries before this are missing: the disk was too slow")
+    format!("{entries} entries before this are missing: disk or computer was too slow")
 }
 
 fn millis(time: Duration) -> f64 {

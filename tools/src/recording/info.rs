@@ -113,7 +113,7 @@ fn text(survey: &Survey) -> String {
     line("ended", survey.ended_at.clone());
     line("length", format!("{:.2} s, {} kB", survey.seconds, survey.bytes.div_ceil(1000)));
     line("transfers", format!("{}, with {}", survey.transfers, counted(survey.gaps, "gap")));
-    line("cycles", format!("{}, {} entries lost by a slow disk", survey.cycles, survey.lost));
+    line("cycles", format!("{}, {} entries lost", survey.cycles, survey.lost));
     let Survey { shortest_cycle_ms, mean_cycle_ms, longest_cycle_ms, .. } = survey;
     line(
         "cycle time",
