@@ -228,6 +228,14 @@ pub(crate) fn outlive_full_files() {
     }
 }
 
+/// What this thread and those that it starts write to a terminal does not suspend this process, also where that suspends
+/// who writes from the background (`stty tostop`).
+pub(crate) fn write_from_behind() -> anyhow::Result<()> {
+    #[cfg(unix)]
+    SigSet::from(Signal::SIGTTOU).thread_block()?;
+    Ok(())
+}
+
 /// What ends or suspends a whole group, such as a service or a terminal's session, leaves this process alone, as does
 /// each other signal but those of a crash.
 pub(crate) fn outlive_requests() -> anyhow::Result<()> {

@@ -43,6 +43,8 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    // A line about one controller keeps no other one on.
+    interrupt::write_from_behind()?;
     let mut known = vec![None; args.hosts.len()];
     if args.guard {
         ensure!(

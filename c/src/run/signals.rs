@@ -16,13 +16,13 @@ use windows::came;
 
 #[cfg(unix)]
 pub(crate) use unix::{
-    is_crash, is_to_pause, name_in, pass_on_to, pass_on_to_group, pause, stop_passing_on, take_up,
-    take_up_pauses, words_of,
+    from_behind, is_crash, is_to_pause, name_in, pass_on_to, pass_on_to_group, pause,
+    stop_passing_on, take_up, take_up_pauses, words_of,
 };
 #[cfg(not(unix))]
 pub(crate) use windows::{
-    is_crash, is_to_pause, name_in, pass_on_to, pass_on_to_group, pause, stop_passing_on, take_up,
-    take_up_pauses, words_of,
+    from_behind, is_crash, is_to_pause, name_in, pass_on_to, pass_on_to_group, pause,
+    stop_passing_on, take_up, take_up_pauses, words_of,
 };
 
 /// An error when a signal has come while this was done: then what a child says is not about the program.
@@ -184,7 +184,9 @@ mod unix {
     use std::time::{Duration, Instant};
     use std::{io, thread};
 
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGKILL, SIGQUIT, SIGTERM, SIGTSTP, SIGTTIN};
+    use signal_hook::consts::{
+        SIGHUP, SIGINT, SIGKILL, SIGQUIT, SIGTERM, SIGTSTP, SIGTTIN, SIGTTOU,
+    };
     use signal_hook::flag;
     use signal_hook::iterator::exfiltrator::raw::WithRawSiginfo;
     use signal_hook::iterator::SignalsInfo;
@@ -194,7 +196,7 @@ mod unix {
     const ENDS: [i32; 4] = [SIGINT, SIGTERM, SIGHUP, SIGQUIT];
 
     /// The signals by which a terminal suspends a program, and this process with it.
-    const PAUSES: [i32; 2] = [SIGTSTP, SIGTTIN];
+    const PAUSES: [i32; 3] = [SIGTSTP, SIGTTIN, SIGTTOU];
 
     /// How long after the first signal another one is a second one.
     const SECOND_AFTER: Duration = Duration::from_secs(1);
@@ -231,14 +233,35 @@ mod unix {
 
     /// In this thread, from which all others and children take it over.
     fn let_through() {
+        let ends = set_of(&ENDS);
+        // SAFETY: the set is this function's.
+        unsafe { libc::pthread_sigmask(libc::SIG_UNBLOCK, &raw const ends, std::ptr::null_mut()) };
+    }
+
+    fn set_of(signals: &[i32]) -> libc::sigset_t {
         // SAFETY: a set, for which all bits 0 are valid.
-        let mut ends: libc::sigset_t = unsafe { std::mem::zeroed() };
+        let mut set: libc::sigset_t = unsafe { std::mem::zeroed() };
         // SAFETY: the set is this function's, and the signals are there.
         unsafe {
-            libc::sigemptyset(&raw mut ends);
-            ENDS.iter().for_each(|signal| _ = libc::sigaddset(&raw mut ends, *signal));
-            libc::pthread_sigmask(libc::SIG_UNBLOCK, &raw const ends, std::ptr::null_mut());
+            libc::sigemptyset(&raw mut set);
+            signals.iter().for_each(|signal| _ = libc::sigaddset(&raw mut set, *signal));
         }
+        set
+    }
+
+    /// Runs what writes to the terminal, also from the background where that suspends who writes (`stty tostop`): this
+    /// process may have to stop a motor.
+    pub(crate) fn from_behind<R>(write: impl FnOnce() -> R) -> R {
+        let mut before = set_of(&[]);
+        let held = set_of(&[SIGTTOU]);
+        // SAFETY: the sets are this function's.
+        unsafe { libc::pthread_sigmask(libc::SIG_BLOCK, &raw const held, &raw mut before) };
+        let result = write();
+        // SAFETY: the set is one that this thread had.
+        unsafe {
+            libc::pthread_sigmask(libc::SIG_SETMASK, &raw const before, std::ptr::null_mut())
+        };
+        result
     }
 
     /// From now on what suspends the program does not suspend this process, which has to stop what it leaves.
@@ -419,6 +442,10 @@ mod windows {
             }
         };
         ctrlc::set_handler(came).map_err(io::Error::other)
+    }
+
+    pub(crate) fn from_behind<R>(write: impl FnOnce() -> R) -> R {
+        write()
     }
 
     /// A console suspends nothing.

@@ -1,5 +1,12 @@
 //! The terminal is as it was before, however a program ends; and a program ends with its terminal.
 
+#[cfg(target_os = "linux")]
+use std::process::Command;
+
+#[cfg(target_os = "linux")]
+use super::ends::wait_stopped;
+#[cfg(target_os = "linux")]
+use super::support::{cache, own_port};
 use super::support::{has_compiler, program, tx_run, txt, wait_for};
 use crate::terminal::AtTerminal;
 
@@ -64,6 +71,30 @@ fn a_closed_terminal_ends_the_program_that_it_was_opened_for() {
             !machine.online() && machine.controllers[0].outputs.duty == [0; 8]
         });
     }
+}
+
+/// A terminal that suspends who writes from the background. `tx_run` has a motor to stop.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_line_of_tx_run_in_the_background_does_not_suspend_it() {
+    if !has_compiler() {
+        return;
+    }
+    let gone = txt().port(own_port()).start().unwrap();
+    let address = gone.address();
+    let mut command = Command::new("sh");
+    let script = r#"set -m; stty tostop; "$@" & read line; kill -TERM $!; wait $!"#;
+    command.args(["-c", script, "sh", env!("CARGO_BIN_EXE_tx_run")]);
+    command.args(["--host", &address.to_string()]).arg(program("killed.c"));
+    command.env("XDG_CACHE_HOME", cache()).env("CFLAGS", "-w -DGONE -DBECOMES");
+    let mut run = AtTerminal::start(&mut command);
+    wait_for(&gone, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    drop(gone);
+    run.expect("tx_run could send none");
+    let again = txt().port(address.port()).start().unwrap();
+    wait_stopped(&again);
+    run.press("\n");
+    run.end("");
 }
 
 /// As behind `ssh -t`, or in a window that was opened for one command: no shell waits that could continue it.

@@ -37,7 +37,7 @@ impl Answering {
             }
             // Older files have no names there, or no address.
             Transfer::Restored { device_name, firmware, address, .. }
-                if !device_name.is_empty() =>
+                if !(device_name.is_empty() && firmware.is_empty()) =>
             {
                 let address = if address.is_empty() { &self.now.address } else { address };
                 (device_name, firmware, address)
