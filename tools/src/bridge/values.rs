@@ -74,7 +74,7 @@ impl Values {
     /// Everything is to be published again.
     pub(crate) fn forget(&mut self) {
         for reported in &mut self.values {
-            reported.last = None;
+            (reported.last, reported.is_new) = (None, true);
         }
     }
 
