@@ -170,7 +170,8 @@ fn stop_by(
         }
     };
     let name = stopped.name();
-    let reported = format!("all outputs of {} at {host} are off", print::clean(&name));
+    let of = if name.is_empty() { String::new() } else { format!(" of {}", print::clean(&name)) };
+    let reported = format!("all outputs{of} at {host} are off");
     if limit.is_zero() {
         return print::line(reported);
     }

@@ -2,7 +2,6 @@
 //! they do with a controller on Ctrl-C, and what they say when something is missing.
 
 use std::fs::File;
-#[cfg(unix)]
 use std::io::Write;
 #[cfg(unix)]
 use std::os::fd::OwnedFd;
@@ -10,6 +9,7 @@ use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
 use std::process::{Command, Stdio};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 use std::{env, fs, thread};
 
 use ft_transfer_area::tx::Input;
@@ -242,8 +242,12 @@ fn unread() -> Stdio {
     let mut reader = Command::new(env::current_exe().unwrap());
     reader.arg("--list").stdin(Stdio::piped()).stdout(Stdio::null());
     let mut reader = reader.spawn().unwrap();
-    let pipe = reader.stdin.take().unwrap();
+    let mut pipe = reader.stdin.take().unwrap();
     reader.wait().unwrap();
+    // A program that another test starts just now has the other end, too, until it runs.
+    while pipe.write_all(b"\n").is_ok() {
+        thread::sleep(Duration::from_millis(1));
+    }
     pipe.into()
 }
 
