@@ -84,6 +84,7 @@ pub(crate) fn run(
         command.env("PATH", env::join_paths(own.chain(env::split_paths(&before)))?);
     }
     end_with_this_process(&mut command);
+    signals::let_suspend_it(&mut command);
     let forks = Forks::of(&program.path)?;
     signals::begin_program();
     signals::take_up_pauses()?;

@@ -75,15 +75,13 @@ fn say(sentence: &str) {
 
 fn write_sentence(sentence: &str) {
     // Nobody reads it when the terminal is gone.
-    let sentence = format!("tx_run: {sentence}\n");
-    let _ = signals::from_behind(|| io::stderr().lock().write_all(sentence.as_bytes()));
+    let _ = io::stderr().lock().write_all(format!("tx_run: {sentence}\n").as_bytes());
 }
 
 /// Writes to the error output, without what another thread writes between it.
 fn pass_on(words: &[u8]) {
     // Nobody reads it when the terminal is gone.
-    let write = || io::stderr().lock().write_all(words);
-    let _ = signals::while_writing(|| signals::from_behind(write));
+    let _ = signals::while_writing(|| io::stderr().lock().write_all(words));
 }
 
 fn main() -> ExitCode {

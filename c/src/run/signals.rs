@@ -16,12 +16,12 @@ use windows::came;
 
 #[cfg(unix)]
 pub(crate) use unix::{
-    from_behind, is_crash, is_to_pause, name_in, pass_on_to, pass_on_to_group, pause,
+    is_crash, is_to_pause, let_suspend_it, name_in, pass_on_to, pass_on_to_group, pause,
     stop_passing_on, take_up, take_up_pauses, words_of,
 };
 #[cfg(not(unix))]
 pub(crate) use windows::{
-    from_behind, is_crash, is_to_pause, name_in, pass_on_to, pass_on_to_group, pause,
+    is_crash, is_to_pause, let_suspend_it, name_in, pass_on_to, pass_on_to_group, pause,
     stop_passing_on, take_up, take_up_pauses, words_of,
 };
 
@@ -177,8 +177,8 @@ fn name_of_status(code: i32) -> Option<&'static str> {
 
 #[cfg(unix)]
 mod unix {
-    use std::os::unix::process::ExitStatusExt;
-    use std::process::{Child, ExitStatus};
+    use std::os::unix::process::{CommandExt, ExitStatusExt};
+    use std::process::{Child, Command, ExitStatus};
     use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
     use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
     use std::time::{Duration, Instant};
@@ -206,6 +206,9 @@ mod unix {
     /// The last signal; 0 for none. It is known at once, before a child that got it has ended.
     static LAST: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
 
+    /// Whether who has started this process holds SIGTTOU back.
+    static WAS_HELD: AtomicBool = AtomicBool::new(false);
+
     /// Whether one of those has come that suspend.
     static PAUSE: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
@@ -227,7 +230,12 @@ mod unix {
         }
         let signals = SignalsInfo::<WithRawSiginfo>::new(ends)?;
         let_through();
-        thread::Builder::new().name("signals".into()).spawn(move || pass_on(signals))?;
+        write_from_behind();
+        let pass_on = move || {
+            let_suspend();
+            pass_on(signals);
+        };
+        thread::Builder::new().name("signals".into()).spawn(pass_on)?;
         Ok(())
     }
 
@@ -249,19 +257,36 @@ mod unix {
         set
     }
 
-    /// Runs what writes to the terminal, also from the background where that suspends who writes (`stty tostop`): this
-    /// process may have to stop a motor.
-    pub(crate) fn from_behind<R>(write: impl FnOnce() -> R) -> R {
-        let mut before = set_of(&[]);
-        let held = set_of(&[SIGTTOU]);
+    /// What this process writes to a terminal does not suspend it, also where that suspends who writes from the background
+    /// (`stty tostop`): it may have to stop a motor. In this thread, from which others take it over.
+    fn write_from_behind() {
+        let (held, mut before) = (set_of(&[SIGTTOU]), set_of(&[]));
         // SAFETY: the sets are this function's.
-        unsafe { libc::pthread_sigmask(libc::SIG_BLOCK, &raw const held, &raw mut before) };
-        let result = write();
-        // SAFETY: the set is one that this thread had.
-        unsafe {
-            libc::pthread_sigmask(libc::SIG_SETMASK, &raw const before, std::ptr::null_mut())
+        let is_held = unsafe {
+            libc::pthread_sigmask(libc::SIG_BLOCK, &raw const held, &raw mut before);
+            libc::sigismember(&raw const before, SIGTTOU) == 1
         };
-        result
+        WAS_HELD.store(is_held, Ordering::SeqCst);
+    }
+
+    /// In a thread that writes nothing, or in a child.
+    fn let_suspend() {
+        let held = set_of(&[SIGTTOU]);
+        // SAFETY: the set is this function's.
+        unsafe { libc::pthread_sigmask(libc::SIG_UNBLOCK, &raw const held, std::ptr::null_mut()) };
+    }
+
+    /// Has the program suspended by what suspends one that is started by hand.
+    pub(crate) fn let_suspend_it(command: &mut Command) {
+        if !WAS_HELD.load(Ordering::SeqCst) {
+            // SAFETY: between fork and exec it makes a system call.
+            unsafe {
+                command.pre_exec(|| {
+                    let_suspend();
+                    Ok(())
+                })
+            };
+        }
     }
 
     /// From now on what suspends the program does not suspend this process, which has to stop what it leaves.
@@ -427,7 +452,7 @@ mod unix {
 
 #[cfg(not(unix))]
 mod windows {
-    use std::process::{Child, ExitStatus};
+    use std::process::{Child, Command, ExitStatus};
     use std::sync::atomic::{AtomicBool, Ordering};
     use std::{io, thread};
 
@@ -444,9 +469,7 @@ mod windows {
         ctrlc::set_handler(came).map_err(io::Error::other)
     }
 
-    pub(crate) fn from_behind<R>(write: impl FnOnce() -> R) -> R {
-        write()
-    }
+    pub(crate) fn let_suspend_it(_: &mut Command) {}
 
     /// A console suspends nothing.
     pub(crate) fn take_up_pauses() -> io::Result<()> {

@@ -81,7 +81,7 @@ impl Panel {
         let of_page: Vec<_> = held.iter().filter(|one| one.page == page).copied().collect();
         for one in of_page {
             held.remove(&one);
-            if !is_held_elsewhere(&held, one) {
+            if !has_hand(&held, one) {
                 let let_go = one.what.let_go();
                 // Something else may be plugged in by now.
                 let _ = self.host(one.host).and_then(|host| host.change_world(one.area, &let_go));
@@ -227,7 +227,8 @@ impl Panel {
             held.insert(one);
         } else {
             held.remove(&one);
-            if !is_held_elsewhere(&held, one) {
+            // A remote does what was set last.
+            if matches!(what, Held::Remote(_)) || !has_hand(&held, one) {
                 driven.change_world(area, request)?;
             }
         }
@@ -244,10 +245,10 @@ impl Panel {
     }
 }
 
-/// Whether a button is pressed by another page, too. A remote does what was set last.
-fn is_held_elsewhere(held: &BTreeSet<Hand>, hand: Hand) -> bool {
+/// Whether another page holds this, too.
+fn has_hand(held: &BTreeSet<Hand>, hand: Hand) -> bool {
     let same = |one: &Hand| (one.host, one.area, one.what) == (hand.host, hand.area, hand.what);
-    matches!(hand.what, Held::Button(_)) && held.iter().any(same)
+    held.iter().any(same)
 }
 
 #[cfg(test)]

@@ -60,7 +60,7 @@ pub(super) struct Change {
     answering: Answering,
     /// Where a part begins.
     from: Duration,
-    /// Another one than the first that answers there.
+    /// The one that answers there, after a change.
     there: Option<String>,
     /// The first change after that.
     first: Option<String>,

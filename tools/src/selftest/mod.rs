@@ -80,7 +80,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     // The address that `txt watch` gives to a program.
     let is_watched = env::var(ADDRESS).is_ok_and(|address| address == args.host);
-    ensure!(!is_watched, "behind txt watch this would measure what txt watch does");
+    ensure!(!is_watched, "behind txt watch, whose address this is by {ADDRESS}, it would measure what txt watch does");
     let address = ports::controller(&args.host)?;
     if args.motors && !args.yes {
         ask()?;

@@ -3,7 +3,7 @@
 use anyhow::{ensure, Context, Result};
 use fantoccini::Client;
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area::{FishX1Transfer, TransferAreaComHandler};
 use serde_json::json;
 
 use super::driver::browse;
@@ -129,6 +129,25 @@ fn the_page_looks_and_presses_while_a_program_drives() -> Result<()> {
         drop(handler.areas().wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 1, LIMIT)?);
         page.release_mouse().await?;
         drop(handler.areas().wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 0, LIMIT)?);
+        page.ensure_no_console_errors().await
+    })
+}
+
+#[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
+#[test]
+fn the_page_moves_a_remote() -> Result<()> {
+    browse(|client| async move {
+        let (panel, address) = Panel::shown("default")?;
+        let handler = TransferAreaComHandler::builder(&*address).build()?;
+        handler.begin_transfer()?;
+        let page = Page::open(&client, &panel).await?;
+        let is_on = |areas: &[FishX1Transfer]| {
+            areas[LOCAL_IO].txt_inputs.ir_input.iter().any(|remote| remote.button_on != 0)
+        };
+        page.press_mouse(".remote .keys .key").await?;
+        drop(handler.areas().wait_until(is_on, LIMIT)?);
+        page.release_mouse().await?;
+        drop(handler.areas().wait_until(|areas| !is_on(areas), LIMIT)?);
         page.ensure_no_console_errors().await
     })
 }

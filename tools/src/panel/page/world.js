@@ -133,7 +133,9 @@ class RemoteView {
   update(remote) {
     // What was just sent is newer than what comes in.
     if (performance.now() - this.used < 500) return this.show(this.values);
-    this.values = { ...remote };
+    // Its switches can't be set.
+    const { dip1: _dip1, dip2: _dip2, ...values } = remote;
+    this.values = values;
     this.show(remote);
   }
 
