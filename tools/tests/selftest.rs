@@ -176,7 +176,9 @@ fn a_pressed_button_keeps_m1_still() {
 
 #[test]
 fn a_controller_that_goes_away_is_reported() {
-    let (txt, folder) = (txt(), tempfile::tempdir().unwrap());
+    // No other test's controller answers there later.
+    let txt = at_free_ports(|port| SimulatedTxt::builder().port(port));
+    let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("result.json");
     let host = txt.address().to_string();
     let running = Running::start(selftest(&host, &[], &file).stderr(Stdio::piped()));
