@@ -165,7 +165,7 @@ impl Unusual {
 fn not_recorded(entries: u64) -> Found {
     let what = Sentence::new(
         format!("{entries} entries are not recorded: disk or computer was too slow"),
-        format!("nicht aufgezeichnete Einträge: {entries}; die Platte war zu langsam"),
+        format!("nicht aufgezeichnete Einträge: {entries}; Platte oder Computer war zu langsam"),
     );
     (Kind::NotRecorded, entries, what)
 }
